@@ -149,8 +149,8 @@ class _Deriver:
     def derive(self) -> Slopes | None:
         program = self._program
         everything = self._scope is Scope.ALL
-        if everything and program.delays:  # no formula tells how the past moves
-            return None
+        if everything and program.delays and program.parameter_slots:
+            return None  # no formula tells how the past moves with parameters
         if everything:
             self._statements(program.parameters)
         for level in program.levels:

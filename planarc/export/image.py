@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
+from planarc.export.plan import Lags
 from planarc.ir.frame import Mode, place
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.ir.program import Program
+    from planarc.solve.settings import Request
 
 
 class Image(Data):
@@ -39,6 +41,7 @@ class Image(Data):
     timed: frozenset[int] = frozenset()
     span: float = 1.0
     stiff: bool = False  # the choice of steps
+    lags: Lags | None = None  # room for the past of delayed signals
 
 
 def take_image(compiled: Compiled) -> Image:
@@ -68,9 +71,24 @@ def take_image(compiled: Compiled) -> Image:
             system=_system(program, tuple(slot for slot, _ in held)),
             timed=_timed(program, kernel, request.start),
             span=request.span,
+            lags=_lags(program, kernel, request),
         )
     finally:
         run.close()
+
+
+def _lags(program: Program, kernel: Any, request: Request) -> Lags | None:
+    """Room for as much as the delay times at export ask for."""
+    if not program.delays:
+        return None
+    from planarc.export.delays import room_of
+    from planarc.solve.messages.text import Reader
+
+    read = Reader(program, kernel, request.start)
+    times = (d.interval if d.interval_slot is None else d.maximum for d in program.delays)
+    longest = min(max(float(read(t)) for t in times if t is not None), request.span)
+    ticks = [float(read(interval)) for _, _, interval, _ in program.samplers]
+    return room_of(program, longest, ticks, request.span / max(len(request.grid) - 1, 1))
 
 
 def _timed(program: Program, kernel: Any, start: float) -> frozenset[int]:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Sequence
-from functools import partial
 from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -28,6 +27,7 @@ from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
 from planarc.export.actions import action_functions, errors, messages, reader, table
+from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.fits import misfit_slots, misfits
 from planarc.export.fmi.text import text_constant
 from planarc.export.image import Image
@@ -37,6 +37,7 @@ from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
 from planarc.export.instance.events import event_functions
 from planarc.export.instance.instants import instant_functions
+from planarc.export.instance.past.functions import past_functions
 from planarc.export.instance.relations import relation_functions
 from planarc.export.instance.settling import settling_functions
 from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
@@ -177,15 +178,18 @@ def _compiled(text: str, triple: str, tidied: bool) -> bytes:
 
 def _shared(program: Program, entries: Entries, derivatives: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
-    eventful, touches = is_eventful(program), bool(Points(program).all)
-    events = (relation_functions, instant_functions, settling_functions,
-              partial(event_functions, entries.tells), end_functions)  # fmt: skip
+    touches, delayed = bool(Points(program).all), bool(program.delays)
+    events = uneventful_functions()
+    if is_eventful(program):
+        events = (*relation_functions(), *instant_functions(delayed), *settling_functions(),
+                  *event_functions(delayed, entries.tells), *end_functions())  # fmt: skip
     functions = (
-        *block_functions(),
+        *block_functions(delayed),
         *start_functions(),
         *state_functions(),
-        *step_functions(),
-        *(text for make in (events if eventful else (uneventful_functions,)) for text in make()),
+        *step_functions(delayed),
+        *events,
+        *(past_functions() if delayed else ()),
         *(contact_functions() if touches else (_APART,)),
         *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
         entries.text(),
@@ -208,14 +212,16 @@ def _own(
     """The model's functions, its tables and its messages."""
     tape = _NOTHING if slopes is None else slopes.tape()
     touches = len(Points(program).all)
+    lags = image.lags
     plan = make_plan(program, image.held, len(image.scales), tape, kept_words(touches),
-                     sizes(touches, program.state_count))  # fmt: skip
+                     sizes(touches, program.state_count), lags)  # fmt: skip
     name = program.name.encode("ascii", "replace").decode()
     stuck = [
         d.message.replace(" at t = 0 s", "").removeprefix("at t = 0 s ")
         for d in (*jams(program), *misfits(program))
     ]
-    ends = [entries.as_shown(text) for text in (*messages(program), *stuck)]
+    late = delay_messages(program, lags)
+    ends = [entries.as_shown(text) for text in (*messages(program), *stuck, *late)]
     texts = [("token", token), ("name", name)]
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
@@ -227,6 +233,7 @@ def _own(
             table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
             action_functions(program),
             touch_functions(program),
+            delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),
             _asserts(program),
             _message(len(ends)),
         )
@@ -304,7 +311,7 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
 
 def _image(program: Program, image: Image, made: Plan, tolerance: float) -> list[int]:
     """The words behind the pointers."""
-    words = [0] * made.words
+    words = [0] * made.image
     words[Own.PHASE] = Phase.INSTANTIATED
     words[Own.STALE] = Stale.START if starts_anew(program) else Stale.ALL
     words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))

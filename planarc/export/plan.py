@@ -22,6 +22,7 @@ from planarc.ir.dae import INITIAL, TERMINAL, Kind
 from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import ParameterSlot, Program
+from planarc.runtime.history import Memory
 
 
 class Own(IntEnum):
@@ -190,6 +191,28 @@ class Table(IntEnum):
     POINTERS = 23  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
+class Shelf(IntEnum):
+    """Pointers of the past of delayed signals (`instance.past`), behind those of `Memory`."""
+
+    HEAD = len(Memory)
+    ROWS = auto()
+    KINKS = auto()  # times, then generations
+    MARK = auto()  # states, their derivatives and inputs, where the past ends
+    WORK = auto()  # no state
+
+
+class Told(IntEnum):
+    """Numbers in the table `px_past`."""
+
+    DELAYS = 0
+    PIECES = auto()  # room for so many
+    KINKS = auto()
+    INPUTS = auto()
+    IMAGE = auto()  # words of a new state
+    MESSAGES = auto()  # the number of the first message of delays
+    ROWS = auto()
+
+
 #: Snapshots that an iteration compares, and passes of one before it is called endless.
 SNAPSHOTS, PASSES = 3, 100
 #: Stages of a step of the integrator, and vectors that it needs besides.
@@ -199,11 +222,21 @@ STAGES = 10
 NEVER, PARAMETER, WHOLE_PARAMETER, TUNABLE, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 4, 16
 
 
+class Lags(Data):
+    """The room for the past: sizes of arrays that are state, by the words that point to them, and
+    of the work space."""
+
+    pieces: int
+    state: dict[int, int]
+    work: int
+
+
 class Plan(Data):
     """`homes` are pairs (word of the pointer, word at which the array begins)."""
 
     words: int
     room: int
+    image: int  # words of a new state: what follows a start makes
     homes: tuple[tuple[int, int], ...]
     given: tuple[tuple[int, int], ...]  # slots of held values, with those of their starts
 
@@ -215,10 +248,11 @@ def make_plan(
     tape: Sequence[int],
     kept: int,
     area: Mapping[int, int],
+    lags: Lags | None = None,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives; `kept`: words that are remembered of touches; `area`: sizes of what is
-    no state of them."""
+    no state of them; `lags`: those of the past of delayed signals."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -241,7 +275,11 @@ def make_plan(
     }
     starts = list(accumulate(sizes.values(), initial=int(Own.FIRST)))
     homes = list(zip(map(int, sizes), starts, strict=False))
-    passing = starts[-1]
+    image = passing = starts[-1]
+    past: dict[int, int] = {}
+    if lags is not None:
+        starts = list(accumulate(lags.state.values(), initial=passing))
+        past, passing = dict(zip(lags.state, starts, strict=False)), starts[-1]
     rooms = _passing(tape, n)
     begins = list(accumulate(rooms.values(), initial=passing + len(Passing)))
     homes += [(int(Own.PASSING), passing)]
@@ -252,7 +290,11 @@ def make_plan(
         homes += [(int(Own.CONTACT), contact)]
         homes += [(contact + k, at) for k, at in zip(area, begins, strict=False)]
         room = begins[-1]
-    return Plan(passing, room, tuple(homes), given)
+    if lags is not None:
+        past[Shelf.WORK] = room + len(Memory) + len(Shelf)
+        homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
+        room = past[Shelf.WORK] + lags.work
+    return Plan(passing, room, image, tuple(homes), given)
 
 
 def passes(program: Program) -> int:
@@ -295,7 +337,7 @@ def rules(
 def is_eventful(program: Program) -> bool:
     """Whether anything happens at instants behind the start."""
     found = program.relations or program.samplers or program.whens or program.discretes
-    return bool(found) or program.table.knows(TERMINAL)
+    return bool(found or program.delays) or program.table.knows(TERMINAL)
 
 
 def starts_anew(program: Program) -> bool:

@@ -33,8 +33,6 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     crowds = {a.component: a.span for a in acting if isinstance(a, Impact) and a.crowd}
     for name, span in crowds.items():
         yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
-    for delay in program.delays:
-        yield f"the delay `{delay.text}`", delay.span
     lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
              program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]

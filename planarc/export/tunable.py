@@ -20,7 +20,7 @@ def tunable_parameters(program: Program) -> frozenset[str]:
     """Names of parameters that can be set, and of those that follow from them."""
     solved = any(isinstance(s, Solve) for s in program.parameters)
     forces = any(not f.height for f in program.fixed)  # of which the start may hang on everything
-    if solved or forces or program.initial_residuals or program.delays:
+    if solved or forces or program.initial_residuals:
         return frozenset()
     needed = {text(s) for s in symbols(*_of_start(program))}
     lets = [s for s in program.parameters if isinstance(s, Let)]
@@ -43,6 +43,8 @@ def _of_start(program: Program) -> Iterator[Expr]:
         yield from (value for _, _, value in block.jacobian)
     for _, start, interval, _ in program.samplers:
         yield from (start, interval)
+    for delay in program.delays:
+        yield from (delay.interval, *(() if delay.maximum is None else (delay.maximum,)))
     for when in program.whens:
         for _, _, actions in when.branches:
             yield from (a.value for a in actions if hasattr(a, "value"))

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import planarc
-from planarc.core.diagnostic import PlanarcError
 from planarc.export.c.source import make_source
 from planarc.export.wishes import Wishes
 from tests.export.test_events import BALL, STICK_SLIP
@@ -195,17 +194,3 @@ def test_the_same_model_gives_the_same_files() -> None:
 def test_equations_have_the_names_of_variables() -> None:
     model = make_source(compiled("four_bar"), Wishes()).files["model.c"]
     assert "double crank_frame_b_r_1 = w[V_groundA_r_1].d + crank_r_0_1;" in model
-
-
-def test_delays_are_refused(tmp_path: Path) -> None:
-    text = """
-    model Echo
-      Real x(start=1, fixed=true);
-    equation
-      der(x) = -delay(x, 0.1);
-    end Echo;
-    """
-    with pytest.raises(PlanarcError) as raised:
-        planarc.load(text).export_c(tmp_path / "no")
-    assert raised.value.diagnostics[0].code == "C300"
-    assert not (tmp_path / "no").exists()

@@ -46,15 +46,6 @@ console.log(JSON.stringify(found.map((v) => (typeof v === "number" ? v : Array.f
 """
 
 
-ECHO = """
-model Echo
-  Real x(start=1, fixed=true);
-equation
-  der(x) = -delay(x, 0.5);
-end Echo;
-"""
-
-
 @cache
 def compiled(name: str) -> Compiled:
     return compile_model(Request(ROOT / "examples" / f"{name}.pmo"))
@@ -242,12 +233,12 @@ def test_the_command_leaves_a_report_alone(tmp_path: Path, monkeypatch: pytest.M
     assert "u" in fields_of(Path("Push_live.html").read_text("utf-8"))
 
 
-def test_python_writes_it_and_refuses_delays(tmp_path: Path) -> None:
+def test_python_writes_it_and_refuses_crowds(tmp_path: Path) -> None:
     model = planarc.load(str(ROOT / "examples" / "pendulum.pmo"))
     path = model.export_page(tmp_path / "swing")
     assert path == tmp_path / "swing.html"
     assert path.read_text("utf-8").startswith("<!doctype html>")
     with pytest.raises(PlanarcError) as raised:
-        planarc.load(ECHO).export_page(tmp_path / "no.html")
+        planarc.load("PlanarMultiBody.Examples.Contacts.FullBox").export_page(tmp_path / "no.html")
     assert raised.value.diagnostics[0].code == "C300"
     assert not (tmp_path / "no.html").exists()

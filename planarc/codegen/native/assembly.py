@@ -138,18 +138,18 @@ SELDOM = "noinline optnone "
 
 def function(
     signature: str, seldom: bool = False
-) -> Callable[[Callable[..., None]], Callable[[], str]]:
+) -> Callable[[Callable[..., None]], Callable[..., str]]:
     """Make what writes the body of a function, `i32 pc_f(ptr frame, double t)`, give its text,
     headed by what the writer says of it. What is called `seldom` is compiled in the quickest
-    way."""
+    way; what more the writer must know is given when the text is asked for."""
     head, listed = signature.rstrip(")").split("(")
     result, name = head.split()
     arguments = [(t, n) for t, n in (a.split() for a in listed.split(", "))]
 
-    def decorate(write: Callable[..., None]) -> Callable[[], str]:
-        def text() -> str:
+    def decorate(write: Callable[..., None]) -> Callable[..., str]:
+        def text(*more: bool) -> str:
             c = Code(name, result, arguments)
-            write(c, *c.arguments)
+            write(c, *c.arguments, *more)
             told = " ".join((write.__doc__ or "").split())
             comment = f"; {told}\n" if told else ""
             return comment + c.text(SELDOM if seldom else "")

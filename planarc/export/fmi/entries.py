@@ -45,14 +45,15 @@ EVALUABLE = (Phase.INITIALIZATION, *RUNNING, Phase.TERMINATED)
 class Entries:
     """The functions of one version while they are written. `log` writes how its logger is called:
     (code, instance, status, category, message); `plain` makes a text one that a logger shows as it
-    is."""
+    is; `delayed`: the model has a past, which steps of the host become part of."""
 
     def __init__(
         self,
         log: Callable[[Code, Value, Value, Value, Value], None],
         plain: Callable[[str], str] = str,
+        delayed: bool = False,
     ) -> None:
-        self.as_shown = plain
+        self.as_shown, self._delayed = plain, delayed
         self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
         self._texts: list[str] = []
@@ -321,7 +322,9 @@ class Entries:
         """A step was accepted; 1 where other states are to be taken."""
         from planarc.export.instance.block import hold
 
+        self.record(c, m)
         self.refresh(c, m, Stale.NOTHING)
+        self.mark(c, m)
         hold(c, m)
         self.check(c, m)
         c.run("px_passed", m, m.load(POINTER, Frame.W).load(REAL))
@@ -334,6 +337,7 @@ class Entries:
         """An event: whether states are set anew, and whether others are taken; whether the run is
         terminated; the next instant."""
         changed = c.variable(0, INT)
+        self.record(c, m)
         self.refresh(c, m, Stale.NOTHING)
         self.judge(c, m, c.call(FLAG, "px_update", m))
         self.refresh(c, m, Stale.NOTHING)
@@ -349,6 +353,19 @@ class Entries:
         for moved in (Own.RESET, Own.MOVED):
             anew = c.emit(INT, f"or i64 {anew.text}, {m.load(INT, moved).text}")
         return anew, other, m.load(INT, Own.OVER), c.call(REAL, "px_next", m)
+
+    def record(self, c: Code, m: Value) -> None:
+        """The way of a host since its last step becomes past."""
+        if self._delayed:
+            host = m.load(INT, Own.BEGUN).equals(Phase.EVENT)
+            with c.when(host & ~m.load(INT, Own.STALE).equals(Stale.START)):
+                self.judge(c, m, c.call(FLAG, "px_record", m))
+
+    def mark(self, c: Code, m: Value) -> None:
+        """The host's next step begins here."""
+        if self._delayed:
+            self.refresh(c, m, Stale.REST)
+            c.run("px_mark", m)
 
     def judge(self, c: Code, m: Value, flag: Value) -> None:
         """What an event came to, told to the host where it ends the run."""

@@ -43,9 +43,9 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions() -> Entries:
+def functions(delayed: bool = False) -> Entries:
     """All of them."""
-    e = Entries(_log)
+    e = Entries(_log, delayed=delayed)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
         c.give(constant(c, e.string("3.0")))
     _life(e)
@@ -125,7 +125,7 @@ def _life(e: Entries) -> None:
         c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi3Reset", "", ALWAYS) as (c, (m,)):
-        c.run("px_load", m, constant(c, "px_image"))
+        c.run("px_reset", m)
 
 
 def _model_exchange(e: Entries) -> None:
@@ -137,6 +137,7 @@ def _model_exchange(e: Entries) -> None:
         m.store(c.select(steps, whole(c, Phase.PAUSE), whole(c, Phase.EVENT)), Own.PHASE)
         m.store(whole(c, 0), Own.CALLED)
     with e.entry("fmi3EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
+        e.mark(c, m)
         e.enter(c, m, Phase.CONTINUOUS)
     events = (Phase.EVENT, Phase.PAUSE)
     with e.entry("fmi3EvaluateDiscreteStates", "", (Phase.INITIALIZATION, *events)):

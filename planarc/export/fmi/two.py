@@ -37,9 +37,9 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions() -> Entries:
+def functions(delayed: bool = False) -> Entries:
     """All of them."""
-    e = Entries(_log, _plain)
+    e = Entries(_log, _plain, delayed)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
             c.give(constant(c, e.string(text)))
@@ -118,13 +118,14 @@ def _life(e: Entries) -> None:
         c.run("px_finish", m)
         e.enter(c, m, Phase.TERMINATED)
     with e.entry("fmi2Reset", "", ALWAYS) as (c, (m,)):
-        c.run("px_load", m, constant(c, "px_image"))
+        c.run("px_reset", m)
 
 
 def _model_exchange(e: Entries) -> None:
     with e.entry("fmi2EnterEventMode", "", (Phase.EVENT, Phase.CONTINUOUS)) as (c, (m,)):
         e.enter(c, m, Phase.EVENT)
     with e.entry("fmi2EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
+        e.mark(c, m)
         e.enter(c, m, Phase.CONTINUOUS)
     with e.entry("fmi2NewDiscreteStates", "ptr info", (Phase.EVENT,)) as (c, (m, info)):
         anew, other, over, then = e.update(c, m)

@@ -3,6 +3,7 @@
     px_new(logger, host, logging) -> block       from the image, in the first phase
     px_save(block) -> copy                       the state, in memory of its own
     px_load(block, copy)
+    px_reset(block)                              its state as it was exported
     px_refresh(block, least) -> flag             evaluate what is stale, down to `least`
     px_place(block, reference, kind) -> pointer  of a value, null where there is none
     px_set(block, reference, kind, value) -> flag
@@ -26,6 +27,7 @@ from planarc.export.plan import (
     Relation,
     Stale,
     Table,
+    Told,
 )
 from planarc.ir.frame import Frame, Number
 
@@ -34,9 +36,10 @@ BYTE, WORD = "i8", "i32"
 OTHER = 1 << 24
 
 
-def block_functions() -> tuple[str, ...]:
-    """The texts of all of them."""
-    return _copy(), _new(), _save(), _load(), _refresh(), _place(), _set()
+def block_functions(delayed: bool) -> tuple[str, ...]:
+    """The texts of all of them. `delayed`: the model has a past."""
+    return (_copy(), _new(), _reset(delayed), _save(), _load(delayed), _refresh(), _place(),
+            _set())  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
@@ -96,12 +99,10 @@ def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
 
 @function("ptr px_new(ptr logger, ptr host, i64 logging)")
 def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
-    words = plan(c, Table.WORDS)
     block = c.call(POINTER, "calloc", plan(c, Table.ROOM), whole(c, 8))
     with c.when(is_null(c, block), leaves=True):
         c.give(block)
-    state = words - Own.PHASE
-    c.run("px_copy", block.at(Own.PHASE), constant(c, "px_image"), state)
+    c.run("px_reset", block)
     homes = constant(c, "px_plan").at(Table.POINTERS)
     with c.loop(homes.load(INT)) as i:
         block.store(block.at(homes.load(INT, i * 2 + 2)), homes.load(INT, i * 2 + 1))
@@ -109,6 +110,13 @@ def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
     block.store(logger, Own.LOGGER)
     block.store(logging, Own.LOGGING)
     c.give(block)
+
+
+@function("void px_reset(ptr m)")
+def _reset(c: Code, m: Value, delayed: bool) -> None:
+    words = constant(c, "px_past").load(INT, Told.IMAGE) if delayed else plan(c, Table.WORDS)
+    c.run("px_copy", m.at(Own.PHASE), constant(c, "px_image"), words - Own.PHASE)
+    c.give()
 
 
 @function("ptr px_save(ptr m)")
@@ -121,8 +129,10 @@ def _save(c: Code, m: Value) -> None:
 
 
 @function("void px_load(ptr m, ptr saved)")
-def _load(c: Code, m: Value, saved: Value) -> None:
+def _load(c: Code, m: Value, saved: Value, delayed: bool) -> None:
     c.run("px_copy", m.at(Own.PHASE), saved, plan(c, Table.WORDS) - Own.PHASE)
+    if delayed:
+        c.run("px_link", m)
     c.give()
 
 

@@ -40,10 +40,10 @@ from planarc.solve.events.settling import NEAR
 SETTLED = -1
 
 
-def event_functions(tells: bool = False) -> tuple[str, ...]:
+def event_functions(delayed: bool, tells: bool = False) -> tuple[str, ...]:
     """`tells`: `px_notice(block, behind)` of the interface is told before and behind each event."""
-    return (_reinit(), _keep(), _event(tells), _crossing(), _update(), _prepare(), _settled(),
-            _first(), _finish(), _waits())  # fmt: skip
+    return (_reinit(), _keep(), _event(tells, delayed), _crossing(), _update(delayed),
+            _prepare(delayed), _settled(delayed), _first(delayed), _finish(), _waits())  # fmt: skip
 
 
 def _zeros_of(c: Code, m: Value, *which: Relation) -> list[Value]:
@@ -79,15 +79,10 @@ def _keep(c: Code, m: Value) -> None:
     c.give()
 
 
-def _event(tells: bool) -> str:
-    def write(c: Code, m: Value, ahead: Value) -> None:
-        """What crosses and fires here stands in `Relation.CROSSING` and `Sample.FIRED`."""
-        _switch(c, m, ahead, tells)
+@function("i32 px_event(ptr m, i64 ahead)", seldom=True)
+def _event(c: Code, m: Value, ahead: Value, tells: bool, delayed: bool) -> None:
+    """What crosses and fires here stands in `Relation.CROSSING` and `Sample.FIRED`."""
 
-    return function("i32 px_event(ptr m, i64 ahead)", seldom=True)(write)()
-
-
-def _switch(c: Code, m: Value, ahead: Value, tells: bool) -> None:
     def tell(behind: int) -> None:
         if tells:
             c.run("px_notice", m, whole(c, behind))
@@ -95,6 +90,8 @@ def _switch(c: Code, m: Value, ahead: Value, tells: bool) -> None:
     tell(0)
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
+    if delayed:
+        c.run("px_cross", m, t)
     now, before, largest, bound, at = _zeros_of(
         c, m, Relation.NOW, Relation.BEFORE, Relation.LARGEST, Relation.BOUND, Relation.HELD_AT
     )
@@ -167,6 +164,8 @@ def _switch(c: Code, m: Value, ahead: Value, tells: bool) -> None:
         c.give(UNSOLVED)
     with c.when(~c.call(FLAG, "pc_outputs", m, t, y).equals(0), leaves=True):
         c.give(UNSOLVED)
+    if delayed:
+        c.run("px_resume", m, t)
     c.run("px_measure", m)
     c.call(FLAG, "px_indicate", m)
     m.store(whole(c, Stale.NOTHING), Own.STALE)
@@ -221,23 +220,41 @@ def _crossing(c: Code, m: Value, t: Value) -> None:
 
 
 @function("i32 px_update(ptr m)", seldom=True)
-def _update(c: Code, m: Value) -> None:
+def _update(c: Code, m: Value, delayed: bool) -> None:
+    """What comes back from the past is an event as well; it jumps anew where it, a truth or a
+    discrete value does."""
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
     m.store(whole(c, 0), Own.RESET)
     m.store(whole(c, 0), Own.MOVED)
     found = c.call(INT, "px_crossing", m, t)
-    with c.when(found.equals(0) & m.load(INT, Own.TOUCHED).equals(0), leaves=True):
+    nothing = found.equals(0) & m.load(INT, Own.TOUCHED).equals(0)
+    if delayed:
+        ordinary, back = ~nothing, c.call(INT, "px_back", m, t)
+        nothing = nothing & back.equals(0)
+    with c.when(nothing, leaves=True):
         flag = c.call(FLAG, "pc_outputs", m, t, m.load(POINTER, Own.Y))
         with c.when(flag.equals(0)):
             m.store(whole(c, Stale.NOTHING), Own.STALE)
         c.give(0)
     hold(c, m)
-    c.give(c.call(FLAG, "px_event", m, whole(c, 1)))
+    if not delayed:
+        c.give(c.call(FLAG, "px_event", m, whole(c, 1)))
+        return
+    c.run("px_snapshot", m, whole(c, 0))
+    before = c.call(INT, "px_hash", m, whole(c, 0))
+    c.run("px_left", m, t)
+    attempt(c, "px_event", m, whole(c, 1))
+    c.run("px_snapshot", m, whole(c, 0))
+    same = before.equals(c.call(INT, "px_hash", m, whole(c, 0)))
+    anew = ordinary | ~same | c.call(INT, "px_jumps", m, t).equals(1)
+    c.run("px_kink", m, t, c.emit(INT, f"select i1 {anew.text}, i64 0, i64 {back.text}"))
+    c.run("px_cross", m, t)
+    c.give(0)
 
 
 @function("i32 px_prepare(ptr m)", seldom=True)
-def _prepare(c: Code, m: Value) -> None:
+def _prepare(c: Code, m: Value, delayed: bool) -> None:
     w, _, _, _ = open_frame(m)
     t, count = w.load(REAL), plan(c, Table.DISCRETES)
     m.store(whole(c, 0), Own.ENDED)
@@ -255,6 +272,8 @@ def _prepare(c: Code, m: Value) -> None:
         w.store(start, discrete(c, i, 1))
     set_flag(c, m, Table.INITIAL, 1.0)
     c.run("px_unstruck", m)
+    if delayed:
+        attempt(c, "px_begin_past", m, t)
     c.run("px_instants", m, t)
     w.store(t)
     c.call(FLAG, "pc_zeros", m, t, now)
@@ -271,7 +290,7 @@ def _prepare(c: Code, m: Value) -> None:
 
 
 @function("i32 px_settled(ptr m)", seldom=True)
-def _settled(c: Code, m: Value) -> None:
+def _settled(c: Code, m: Value, delayed: bool) -> None:
     w, _, _, _ = open_frame(m)
     t, now = w.load(REAL), numbers_of(c, m, Relation.NOW)
     c.run("px_snapshot", m, whole(c, 0))
@@ -288,11 +307,13 @@ def _settled(c: Code, m: Value) -> None:
     attempt(c, "px_assign", m, t)
     c.run("px_snapshot", m, whole(c, 1))
     same = c.call(INT, "px_same", m, whole(c, 0), whole(c, 1)).equals(1)
+    if delayed:
+        same = same & c.call(INT, "px_known", m).equals(1)
     c.give(c.select(same, c.constant(SETTLED, FLAG), c.constant(0, FLAG)))
 
 
 @function("i32 px_first(ptr m)", seldom=True)
-def _first(c: Code, m: Value) -> None:
+def _first(c: Code, m: Value, delayed: bool) -> None:
     w, _, _, _ = open_frame(m)
     t, y = w.load(REAL), m.load(POINTER, Own.Y)
     count, limit = plan(c, Table.RELATIONS), due(c, t)
@@ -316,6 +337,9 @@ def _first(c: Code, m: Value) -> None:
         ticks.store(ticks.load(REAL, k) + c.select(here, c.constant(1.0, REAL), 0.0), k)
     for ahead in (0, 1):
         attempt(c, "px_event", m, whole(c, ahead))
+    if delayed:
+        c.run("px_kink", m, t, whole(c, 0))
+        c.run("px_cross", m, t)
     c.give(0)
 
 

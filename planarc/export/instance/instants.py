@@ -20,8 +20,8 @@ from planarc.export.plan import Own, Relation, Row, Sample, Table
 DUE = 1e-11
 
 
-def instant_functions() -> tuple[str, ...]:
-    return _instants(), _next()
+def instant_functions(delayed: bool) -> tuple[str, ...]:
+    return _instants(), _next(delayed)
 
 
 def samples(c: Code, m: Value, which: Sample) -> Value:
@@ -87,8 +87,8 @@ def _straight(
 
 
 @function("double px_next(ptr m)")
-def _next(c: Code, m: Value) -> None:
-    found = c.variable(1e300)
+def _next(c: Code, m: Value, delayed: bool) -> None:
+    found = c.variable(c.call(REAL, "px_come_back", m) if delayed else 1e300)
     with c.loop(plan(c, Table.SAMPLES)) as k:
         t = tick(c, m, k)
         found.set(c.select(t < found.get(), t, found.get()))

@@ -23,7 +23,16 @@ within a step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differentia
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.codegen.native.assembly import (
+    FLAG,
+    INT,
+    POINTER,
+    REAL,
+    Code,
+    Value,
+    Variable,
+    function,
+)
 from planarc.codegen.native.newton import open_frame
 from planarc.export.instance.block import BYTE, hold, is_null, load_narrow, plan, whole
 from planarc.export.instance.instants import due
@@ -43,7 +52,7 @@ _ROWS = (
 )
 #: The result of order 5 minus that of order 4.
 _ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
-_SAFETY, _LEAST, _MOST, _FAILED = 0.9, 0.2, 5.0, 0.25
+_SAFETY, _LEAST, _MOST, _FAILED, _HALF = 0.9, 0.2, 5.0, 0.25, 0.5
 #: What the slopes add to a cubic polynomial through both ends.
 _DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -10690763975 / 1880347072,
           701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423)  # fmt: skip
@@ -55,8 +64,10 @@ _FIRST, _NONE = 1e-4, 1e-14
 _LONGEST = 1e5
 
 
-def step_functions() -> tuple[str, ...]:
-    return _combine(), _stages(), _error(), _between(), _begin(), _try(), _tell(), _advance()
+def step_functions(delayed: bool) -> tuple[str, ...]:
+    """`delayed`: steps become past."""
+    return (_combine(), _stages(), _error(), _between(), _begin(delayed), _try(delayed), _tell(),
+            _advance(delayed))  # fmt: skip
 
 
 def vector(c: Code, m: Value, place: int) -> Value:
@@ -156,7 +167,7 @@ def nominal_of(c: Code, m: Value, i: Value) -> Value:
 
 
 @function("i32 px_begin(ptr m)")
-def _begin(c: Code, m: Value) -> None:
+def _begin(c: Code, m: Value, delayed: bool) -> None:
     """What happens where the last step ended; then the first slopes of a step: those at the end of
     the last one, or new ones."""
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
@@ -188,11 +199,14 @@ def _begin(c: Code, m: Value) -> None:
         c.give(1)
     with c.loop(n) as i:
         begin.store(y.load(REAL, i), i)
+    if delayed:
+        attempt(c, "pc_rest", m, t)
+        c.run("px_resume", m, t)
     c.give(0)
 
 
 @function("i32 px_try(ptr m, double most)")
-def _try(c: Code, m: Value, most: Value) -> None:
+def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     """A step from `Own.REACH` on that ends at `most` at the latest: 0 where one is found."""
     t = m.load(REAL, Own.REACH)
     step = c.variable(m.load(REAL, Own.STEP))
@@ -234,6 +248,8 @@ def _try(c: Code, m: Value, most: Value) -> None:
     m.store(c.select(whole_way & ~cut, most, t + length.get()), Own.REACH)
     m.store(length.get(), Own.SPAN)
     m.store(whole(c, 1), Own.EXACT)
+    if delayed:
+        _leave_behind(c, m, t, length.get(), step, least, again)
     more = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
     more = c.select(more < _MOST, more, _MOST)
     more = c.select(more > _LEAST, more, _LEAST)
@@ -246,6 +262,25 @@ def _try(c: Code, m: Value, most: Value) -> None:
     with c.when(c.call(REAL, "px_look", m) > m.load(REAL, Own.BOUND)):
         m.store(whole(c, 1), Own.WAITING)
     c.give(0)
+
+
+def _leave_behind(
+    c: Code, m: Value, t: Value, length: Value, step: Variable, least: Value, again: str
+) -> None:
+    """The step becomes past, or is tried again where that needs shorter ones."""
+    flag = c.call(FLAG, "px_take", m, t, length)
+    with c.when(flag > 1, leaves=True):
+        c.give(flag)
+    shorter, behind = c.label(), c.label()
+    c.branch(flag.equals(1), shorter, behind)
+    c.begin(shorter)
+    m.store(t, Own.REACH)
+    c.run("px_copy", vector(c, m, END), vector(c, m, BEGIN), plan(c, Table.STATES))
+    step.set(length * _HALF)
+    with c.when(step.get() < least, leaves=True):
+        c.give(1)
+    c.jump(again)
+    c.begin(behind)
 
 
 @function("double px_tell(ptr m, double end)", seldom=True)
@@ -275,7 +310,7 @@ def _tell(c: Code, m: Value, end: Value) -> None:
 
 
 @function("i32 px_advance(ptr m, double last)")
-def _advance(c: Code, m: Value, last: Value) -> None:
+def _advance(c: Code, m: Value, last: Value, delayed: bool) -> None:
     """Events end the way where the host wants to know of them."""
     n, y = plan(c, Table.STATES), m.load(POINTER, Own.Y)
     w, _, _, _ = open_frame(m)
@@ -294,12 +329,13 @@ def _advance(c: Code, m: Value, last: Value) -> None:
         attempt(c, "px_update", m)
     end = goal.get()
     still = n.equals(0) & plan(c, Table.INDICATORS).equals(0) & ~looks
-    with c.when(still & (c.call(REAL, "px_next", m) > due(c, end)), leaves=True):
-        w.store(end)
-        alone = c.call(FLAG, "pc_rhs", m, end, y, y)
-        hold(c, m)
-        m.store(whole(c, Stale.REST), Own.STALE)
-        c.give(alone)
+    if not delayed:  # else there are steps to be remembered
+        with c.when(still & (c.call(REAL, "px_next", m) > due(c, end)), leaves=True):
+            w.store(end)
+            alone = c.call(FLAG, "pc_rhs", m, end, y, y)
+            hold(c, m)
+            m.store(whole(c, Stale.REST), Own.STALE)
+            c.give(alone)
     stop = m.load(REAL, Own.STOP)
     beyond = c.select(stop > end, stop, end)
     # After something was set a step ends with the host's: more may be set there.

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.export.delays import delay_messages
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
 from planarc.export.module import compile_texts, write_texts
@@ -36,10 +37,12 @@ _TRIPLE = "wasm32-unknown-unknown"
 
 
 class Module(Data):
-    """`starts` are the slots of candidates whose start values may be set."""
+    """`starts` are the slots of candidates whose start values may be set; `late` is why a run may
+    end at a delay."""
 
     code: bytes
     starts: frozenset[int]
+    late: tuple[str, ...]
 
 
 def make_module(compiled: Compiled, stiff: bool = False) -> Module:
@@ -53,4 +56,5 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
     texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, stiff)
     objects = compile_texts(texts, _TRIPLE)
-    return Module(write_module(objects, entries.names), frozenset(s for s, _ in image.held))
+    late = tuple(delay_messages(program, image.lags))
+    return Module(write_module(objects, entries.names), frozenset(s for s, _ in image.held), late)

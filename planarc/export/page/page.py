@@ -92,7 +92,11 @@ def make_page(compiled: Compiled, result: Result, stiff: bool = False) -> Page:
             "choices": [],
             "warnings": [["warning", _line(w)] for w in compiled.warnings],
         },
-        "told": {**_SAID, "notes": [["remark", n] for n in drawing.notes], **told_of(program)},
+        "told": {
+            **_SAID,
+            "notes": [["remark", n] for n in drawing.notes],
+            **told_of(program, module.late),
+        },
     }
     around = Surroundings(
         head=f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n',

@@ -10,7 +10,7 @@ Out:  texts with marks for what only the run knows: `told.js` puts it there
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from msgspec.structs import replace
@@ -60,12 +60,16 @@ def values_of(message: Message) -> list[Expr]:
     return [p[0] for p in message.parts if not isinstance(p, str)]
 
 
-def told_of(program: Program) -> dict[str, Any]:
-    """All of it for `json`."""
+def told_of(program: Program, late: Sequence[str] = ()) -> dict[str, Any]:
+    """All of it for `json`; `late` is why a run may end at a delay."""
     return {
         "ends": [
             {**_text(d), "forms": _forms(message), "severity": d.severity.value}
             for d, message in zip(ends_of(program), ends(program), strict=True)
+        ]
+        + [
+            {"message": text, "hint": "", "text": "", "forms": [], "severity": "error"}
+            for text in late
         ],
         "warnings": [
             {**_text(assertion_diagnostic(program, _THEN, a, _marked(a.message))),

@@ -1,0 +1,19 @@
+"""All functions of the past."""
+
+from __future__ import annotations
+
+from planarc.export.instance.past.kinks import kink_functions
+from planarc.export.instance.past.pieces import piece_functions
+from planarc.export.instance.past.record import record_functions
+from planarc.export.instance.past.start import start_functions
+
+#: What they ask of a model.
+_MODEL = """
+declare void @px_intervals(ptr, ptr, ptr)
+@px_past = external constant [0 x i64]
+"""
+
+
+def past_functions() -> tuple[str, ...]:
+    return (_MODEL, *piece_functions(), *record_functions(), *kink_functions(),
+            *start_functions())  # fmt: skip
