@@ -20,6 +20,7 @@ import pytest
 
 if __name__ != "__main__":
     from tests.export.fmus import runs_here
+    from tests.export.test_delays import archive as delayed
     from tests.export.test_events import archive as eventful
     from tests.export.test_fmu import Instance, archive
 else:  # the child needs no models
@@ -34,11 +35,11 @@ ODD = (0.0, 0.01, 1.0, -1.0, 1e300, -1e300, math.inf, math.nan, 5e-324)
 
 @runs_here
 @pytest.mark.parametrize("version", (2, 3))
-@pytest.mark.parametrize("model", ("four_bar", "Ball"))
+@pytest.mark.parametrize("model", ("four_bar", "Ball", "Stairs", "Given"))
 def test_no_order_of_calls_ends_the_host(folder: Path, model: str, version: int) -> None:
     if version == 2 and platform.machine() != "x86_64":
         pytest.skip("not of FMI 2")
-    made = archive if model == "four_bar" else eventful
+    made = {"four_bar": archive, "Ball": eventful}.get(model, delayed)
     path = made(folder, model, version)
     unpacked = fmpy.extract(path)
     library = next(Path(unpacked, "binaries").glob("*/*.so"))

@@ -184,6 +184,16 @@ def test_the_method_of_steps(folder: Path, way: str) -> None:
 
 
 @runs_here
+@pytest.mark.parametrize("early", (False, True))
+@pytest.mark.parametrize("name", ("Echo", "Relay", "Varying"))
+def test_hosts_that_handle_events_themselves(folder: Path, name: str, early: bool) -> None:
+    stop = compiled(name).program.experiment.stop
+    table = simulate(archive(folder, name), "CoSimulation", stop, use_event_mode=True,
+                     early_return_allowed=early)  # fmt: skip
+    assert apart(name, table) < 1e-6
+
+
+@runs_here
 @pytest.mark.parametrize("name", ("Echo", "Stairs"))
 def test_implicit_steps_become_past(tmp_path: Path, name: str) -> None:
     path = tmp_path / "stiff.fmu"
