@@ -90,7 +90,8 @@ class Result:
         """Raises AttributeError, with what to write for a variable of this name."""
         rows = self.__dict__.get("rows")
         found = () if rows is None or name[0] == "_" else rows.columns
-        inside = next((c for c in found if c == name or c.startswith(f"{name}.")), None)
+        beneath = [c for c in found if c == name or c.startswith(f"{name}.")]
+        inside = min(beneath, key=lambda c: c.count("."), default=None)
         if inside is None:
             raise unknown_attribute(self, name)
         message = f"`{type(self).__name__}` has no attribute `{name}`"

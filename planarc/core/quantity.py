@@ -124,7 +124,8 @@ def _wanted(unit: str) -> str:
 def _unfit(message: str, given: str, unit: str) -> UsageError:
     fitting = [u for u in _COMMON.split() if _kind(u) == _kind(unit)] or [unit]
     near = nearest(given, fitting)
-    hint = f"did you mean {either(near)}?" if near else f"give it in {either(fitting[:3])}"
+    likely = either([*dict.fromkeys([*near[:1], *fitting])][:3])
+    hint = f"did you mean {likely}?" if near else f"give it in {likely}"
     return usage_error("C115", message, hint=hint if unit else "give a number without unit")
 
 

@@ -7,7 +7,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from planarc.core.diagnostic import Diagnostic, UsageError, said
-from planarc.core.prose import shortened, ticked
+from planarc.core.prose import either, shortened, ticked
 
 if TYPE_CHECKING:
     from planarc.core.mend import Meant
@@ -26,7 +26,11 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
         return UnknownName(
             Diagnostic("C202", f"the name of a {kind} is a text, not {type(name).__name__}")
         )
-    hint = said(_meant(name, names))
+    inside = [n for n in names if n.startswith(f"{name}.") and n.count(".") == name.count(".") + 1]
+    hint = (
+        f"`{name}` is a part: name one of its {kind}s, as {either(inside[:3])}" if inside else None
+    )
+    hint = hint or said(_meant(name, names))
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"
     none = "" if names else f": the model has no {kind}s"
@@ -77,7 +81,7 @@ def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
             raise _too_many(function.__name__, known, code.co_argcount)
         missing = [n for n in needed[len(args) :] if n not in given]
         if missing:
-            raise _missing(function.__name__, missing)
+            raise _missing(function.__name__, missing, needed)
         return function(*args, **given)
 
     return call
@@ -94,9 +98,10 @@ _VARARGS = 0x04  # in `co_flags`: `*args` takes the rest
 _SHOWN = 6  # keywords in a hint
 
 
-def _missing(function: str, names: Sequence[str]) -> UnknownKeyword:
+def _missing(function: str, names: Sequence[str], needed: Sequence[str]) -> UnknownKeyword:
     message = f"`{function}` lacks {ticked(names)}"
-    return UnknownKeyword(Diagnostic("C201", message, hint=f"write `{function}({names[0]}=...)`"))
+    hint = f"write `{function}({', '.join(n for n in needed if n != 'self')})`"
+    return UnknownKeyword(Diagnostic("C201", message, hint=hint))
 
 
 def _unknown_keyword(

@@ -40,6 +40,14 @@ def explain_misfit(
         return _bridged(dae, mechanism, mechanism.bridged[0])
     if mechanism is not None and (ends := _together(dae)):
         part = owner(ends[0])
+        if hidden := [end for end in ends if _is_hidden(dae, end)]:
+            frame = next((end for end in ends if end not in hidden), ends[0])
+            return Diagnostic(
+                "S303",
+                f"`{part}` needs a frame at `{frame}`, and nothing is connected to it",
+                place(dae, part.partition(".")[0]),
+                hint=f"connect `{frame}` to a frame",
+            )
         return Diagnostic(
             "S303",
             f"both ends of `{part}` are connected to each other: {both(ends)}",
@@ -156,6 +164,11 @@ def _together(dae: Dae) -> tuple[str, ...]:
             if others:
                 return first, others[0]
     return ()
+
+
+def _is_hidden(dae: Dae, frame: str) -> bool:
+    """Whether a frame is protected, so that its component itself connects it."""
+    return any(v.protected for v in dae.variables if owner(v.name) == frame)
 
 
 def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:

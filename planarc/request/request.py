@@ -200,6 +200,10 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     known = list(dict.fromkeys((*names, *inside)))
     alike = tuple(n for n in known if n.rpartition(".")[2].lower() == last.lower())
     near = did_you_mean(wanted, known) or (Meant(wanted, alike) if alike else None)
+    files = [f for ending in SUFFIXES if (f := Path(f"{wanted}{ending}")).is_file()]
+    if files:
+        hint = f"name its file: `{files[0]}`"
+        return _usage("C103", f"there is no class `{wanted}`", hint)
     hint = str(near or "see `planarc list` for the names")
     return _usage("C103", f"there is no class `{wanted}`", hint)
 

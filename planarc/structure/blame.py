@@ -112,6 +112,9 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last) if len(rivals) == 1 else None
+    several = "them" if surplus >= len(rivals) else f"{surplus} of them"
+    if len(rivals) > 1 and surplus > 1:
+        hint = f"remove {several}, or free what they decide"
     hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
 
@@ -222,6 +225,8 @@ def _not_connected(dae: Dae, name: str) -> Diagnostic:
 def explain_discretes(dae: Dae) -> tuple[Diagnostic, ...]:
     """Messages about discrete variables: those with two values, and those with none; where all
     equations say by their left side what they give."""
+    if (jumping := _derived_though_set(dae, dae.discrete_equations)) is not None:
+        return (jumping,)
     if not all(e.left.is_symbol for e in dae.discrete_equations):
         return ()
     given: dict[str, list[Span]] = {}
@@ -289,6 +294,10 @@ def _grown(rows: Rows, columns: int, ranks: Sequence[int]) -> Matching:
 
 def _ranks_of_unknowns(dae: Dae, inputs: Collection[str]) -> list[int]:
     given = {e.left.name for e in dae.equations if e.left.is_symbol and not e.left.order}
+    sides = (s for e in dae.equations if places.is_own(dae, e.span) for s in (e.left, e.right))
+    given |= {
+        e.name for e in postorder(sides) if e.is_symbol and e.order
+    }  # a state has its equation
 
     def rank(v: Variable) -> int:
         if v.name in inputs:

@@ -76,7 +76,7 @@ def test_a_handbook_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
         (lambda m: m.simulate(duration=1), "`simulate` has no keyword `duration`", "stop_time"),
         (lambda m: m.linearize(qq=1), "`linearize` has no keyword `qq`", "choose among"),
         (lambda m: m.run(stop_time=1), "`run` has no keyword", "`simulate(stop_time=...)` has one"),
-        (lambda m: m.simulate().at("x"), "`at` lacks `times`", "at(times=...)"),
+        (lambda m: m.simulate().at("x"), "`at` lacks `times`", "at(name, times)"),
         (lambda m: m.simulate().plot("x", y="x"), "`plot` has no keyword `y`", "choose among"),
         (lambda m: planarc.read("x.csv", source="y"), "`read` has no keyword", "`path`, `model`"),
         (lambda m: planarc.load("x.pmo", library="y"), "`load` has no keyword", "libraries"),

@@ -18,6 +18,7 @@ evaluation at T: exact, as no higher derivatives occur.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -235,7 +236,10 @@ def _unreadable(
     listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
     first = problem.diagnostics[0]
     reason = first.message.removesuffix(f" in `{NAME}`")
-    return usage_error("C246", f"{listed}: {reason}", hint=first.hint)
+    hint = first.hint
+    if any(re.search(r"(?<![A-Za-z_.])t(?!\w)", text) for _, text in given):
+        hint = "write `time` for the time, as in `2*time`"
+    return usage_error("C246", f"{listed}: {reason}", hint=hint)
 
 
 def _declaration(k: int, text: str | None) -> str:

@@ -136,8 +136,9 @@ def _value(v: flat.Variable) -> tuple[str, flat.Expression | None]:
 
 
 def _is_handed_on(value: flat.Expression, known: Container[str]) -> bool:
-    """Whether a part hands its value on to a part in it, or to one of its other parameters."""
-    return isinstance(value, flat.Reference) and value.name in known
+    """Whether a part hands its value on to a part in it, or to one of its other parameters, or what
+    follows from it."""
+    return any(isinstance(e, flat.Reference) and e.name in known for e in nodes_of((value,)))
 
 
 def _check_angle(subject: str, value: flat.Expression, session: Session) -> None:

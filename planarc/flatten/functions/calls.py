@@ -227,5 +227,9 @@ def type_reinit(call: syntax.Call, env: Env) -> tuple[flat.Reinit, ...]:
     typed = env.typed(value)
     expect(target.type, typed, "the new value of `reinit`")
     if not isinstance(target, flat.Reference) or target.type.base is not flat.Base.REAL:
-        raise error("F304", "`reinit` takes a Real variable", call.span)
+        hint = None
+        if isinstance(variable, syntax.Call) and str(variable.function) == "der":
+            of = f"`{variable.span.text}`"
+            hint = f"{of} follows from the equations: name the variable that says what it is"
+        raise error("F304", "`reinit` takes a Real variable", call.span, hint=hint)
     return (flat.Reinit(call.span, env.component, target, typed),)

@@ -233,7 +233,10 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         "F284",
         f"the {kind} `{leaf.name}` is bound to an expression that changes with time",
         binding.span,
-        hint="declare it without the prefix, or bind it to constants and parameters",
+        hint=f"a {kind} of `{leaf.parent.cls.name}` keeps its value while the model runs: give it "
+        "numbers and parameters"
+        if leaf.parent.depth and allowed is flat.Variability.PARAMETER
+        else "declare it without the prefix, or bind it to constants and parameters",
     )
 
 

@@ -40,7 +40,11 @@ MAX_MATRIX = 1_000_000  # entries of a matrix that is written out
 
 
 def wrong_argument(name: str, value: flat.Expression) -> PlanarcError:
-    return error("F291", f"`{name}` cannot be applied to {type_text(value.type)}", value.span)
+    hint = None
+    if name == "cross" and value.type.dims == (2,):
+        hint = "in the plane the product is a number: `PlanarMultiBody.Frames.cross(a, b)`"
+    message = f"`{name}` cannot be applied to {type_text(value.type)}"
+    return error("F291", message, value.span, hint=hint)
 
 
 def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:

@@ -71,6 +71,10 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
             hint += f"; `transpose({left.span.text})` would fit"
     if op in _RELATIONS and left.type.base in NUMERIC and right.type.base in NUMERIC:
         hint = _one_of_each(op, left, right)
+    if op == "/" and len(right.type.dims) == 2 and left.type.dims:
+        hint = "write an equation for the unknown: `A*x = b` solves for the vector `x`"
+    elif op == "/" and right.type.dims:
+        hint = "write `./` to divide entry by entry"
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"

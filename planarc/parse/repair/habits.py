@@ -33,6 +33,10 @@ def _bare_fraction(trouble: Trouble, repair: Repair | None) -> Diagnostic | None
             continue
         before = trouble.tokens[at - 1] if at else None
         touching = before is not None and before.span.end == point.span.start
+        if touching and before and before.type in NUMBERS:
+            span = before.span.to(digits[0].span)
+            message = f"`{span.text}` is no number: it has two points"
+            return Diagnostic("P101", message, span, hint="write one point, and no separators")
         if touching and before and before.type in ("IDENT", "RPAR", "RSQB"):
             continue
         number = f".{digits[0].text}"
@@ -100,6 +104,18 @@ def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     message = "an import gives another name with `=`, not with `as`"
     hint = f"write `import {words[-1].text} = {path};`"
     return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
+def _connect_of_three(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `connect(a, b, c)`."""
+    bracket = trouble.open_bracket
+    words = trouble.tokens[trouble.begin : trouble.at]
+    if trouble.token.text != "," or not words or words[0].type != "CONNECT":
+        return None
+    if bracket is not words[1]:
+        return None
+    hint = "write one `connect` for each pair"
+    return Diagnostic("P101", "`connect` joins two connectors", trouble.token.span, hint=hint)
 
 
 def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -281,6 +297,7 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _decimal_comma,
     _loop_of_c,
     _assigning_operator,
+    _connect_of_three,
     _arrow,
     _colon_for_then,
     _import_as,

@@ -197,6 +197,14 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     after_end = trouble.previous is not None and trouble.previous.type == "END"
     if not is_name or after_end or token.text not in trouble.terminals.keywords:
         return None
+    if token.text == "annotation" and trouble.open_bracket is not None:
+        message = "an annotation is no modifier"
+        hint = "write it behind the parentheses, before the `;`"
+        return Diagnostic("P101", message, token.span, hint=hint)
+    if token.text == "der" and trouble.open_bracket is not None:
+        message = "`der(...)` is an operator, which no modifier changes"
+        hint = "modify the variable that is equal to it, such as a speed `w` or `v`"
+        return Diagnostic("P101", message, token.span, hint=hint)
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
     return Once("P105", message, token.span, hint=hint, kind=token.text)

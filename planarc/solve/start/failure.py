@@ -11,7 +11,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
 from planarc.ir.dae import MISFIT
 from planarc.ir.expr import Op, postorder
-from planarc.ir.places import declaration, is_own, own_names, owner, point_home
+from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
@@ -390,6 +390,13 @@ def _contradiction(
     hint = f"remove `fixed = true` from `{first.display}`"
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
+    place = declaration(program, first.display, first.span)
+    drive = "" if "fixed" in place.text else _drive(program, first)
+    if drive:
+        hint = f"`{drive}` holds it there at the start"
+        if without.converged:
+            name = drive.rpartition(".")
+            hint += f": write `{name[0]}({name[2]}(start={without.point[extra]:.6g}))`"
     full = _best(system, u0, rows, columns, np.array(choice.held))
     worst = [] if others else _worst(system, rows, full.residuals)
     against = [i for _, i in worst if is_own(program, i.span)]
@@ -403,8 +410,20 @@ def _contradiction(
         f"the fixed start values of {names} contradict each other"
         if others
         else f"the fixed start value of {names} contradicts {what}",
-        declaration(program, first.display, first.span),
+        place,
         hint=hint,
         related=tuple(Related(message, span) for message, span in notes[:_WORST]),
     )
     return NotAssembled(found)
+
+
+def _drive(program: Program, held: CandidateSlot) -> str:
+    """The variable of a part beside the mechanism, such as a motor, that is the same one."""
+    mechanism = program.mechanism
+    joints = {j.name for j in mechanism.joints} if mechanism else set()
+    same = (c.name for c in program.columns if c.slot == held.slot)
+    for name in same:
+        part = own_part(program, owner(name))
+        if part is not None and part.name == owner(name) and part.name not in joints:
+            return name
+    return ""
