@@ -23,7 +23,6 @@ from planarc.ir.dae import (
     Action,
     Assertion,
     Impact,
-    Message,
     Reinit,
     SetDiscrete,
     Terminate,
@@ -40,43 +39,27 @@ def errors(program: Program) -> tuple[Assertion, ...]:
     return tuple(a for a in program.assertions if not a.warning)
 
 
-def messages(program: Program) -> list[str]:
-    """The texts of all endings."""
-    return [text for a in endings(program) if (text := _ending(a)) is not None]
-
-
 def endings(program: Program) -> list[Action]:
     """Everything that a run may end with, in the order of their numbers, from 1."""
-    return [*errors(program), *(a for a in actions(program) if _ending(a) is not None)]
+    return [*errors(program), *(a for a in actions(program) if _ends(a))]
 
 
 def actions(program: Program) -> list[Action]:
     return [a for when in program.whens for *_, found in when.branches for a in found]
 
 
-def message_text(message: Message) -> str:
-    """A message; what it would compute stands there as dots."""
-    return "".join(p if isinstance(p, str) else "..." for p in message.parts)
-
-
-def _ending(action: Action) -> str | None:
-    """The message with which an action may end a run."""
-    if isinstance(action, Terminate):
-        return message_text(action.message)
+def _ends(action: Action) -> bool:
+    """Whether it may end a run."""
     if isinstance(action, Assertion):
-        return None if action.warning else message_text(action.message)
-    if isinstance(action, SetDiscrete):
-        return f"what `{action.name}` is set to at an event has no value"
-    if isinstance(action, Reinit):
-        return f"what `{action.symbol!r}` is set to at an event has no value"
-    return None
+        return not action.warning
+    return isinstance(action, Terminate | SetDiscrete | Reinit)
 
 
 def numbers(program: Program) -> dict[int, int]:
     """The number of the message of each action, by its place among all of them."""
     found, number = {}, len(errors(program))
     for i, action in enumerate(actions(program)):
-        if _ending(action) is not None:
+        if _ends(action):
             number += 1
             found[i] = number
     return found
@@ -198,6 +181,7 @@ def _act(program: Program) -> str:
     def end(i: int, over: bool) -> None:
         with c.when(m.load(INT, Own.ENDED).equals(0)):
             m.store(c.constant(number[i], INT), Own.ENDED)
+            c.run("px_values", m, c.constant(number[i], INT))
             m.store(c.constant(int(over), INT), Own.OVER)
 
     def act(i: int, action: Action) -> None:

@@ -26,10 +26,10 @@ from planarc.codegen.native.newton import SMALL, solve_function
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
-from planarc.export.actions import action_functions, errors, messages, reader, table
+from planarc.export.actions import action_functions, endings, errors, reader, table
 from planarc.export.delays import delay_functions, delay_messages
-from planarc.export.fits import misfit_slots, misfits
-from planarc.export.fmi.text import text_constant
+from planarc.export.endings import most_values, subjects, templates
+from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
 from planarc.export.instance.block import block_functions
 from planarc.export.instance.contact.area import kept_words, sizes
@@ -39,6 +39,7 @@ from planarc.export.instance.events import event_functions
 from planarc.export.instance.instants import instant_functions
 from planarc.export.instance.past.functions import past_functions
 from planarc.export.instance.relations import relation_functions
+from planarc.export.instance.said import MARK, said_functions
 from planarc.export.instance.settling import settling_functions
 from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
 from planarc.export.instance.start import start_functions
@@ -48,6 +49,7 @@ from planarc.export.instance.stiff import stiff_functions
 from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules, starts_anew
 from planarc.export.pruned import calls_in, prune
+from planarc.export.text import text_constant
 from planarc.export.touches import jams, touch_functions
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -103,6 +105,8 @@ _MODEL = """
 declare i32 @pc_parameters(ptr, double)
 declare i32 @px_asserts(ptr, double)
 declare ptr @px_message(i32)
+declare ptr @px_subject(i64)
+declare void @px_values(ptr, i64)
 declare ptr @calloc(i64, i64)
 declare void @free(ptr)
 declare void @px_branches(ptr, i64)
@@ -185,6 +189,7 @@ def _shared(program: Program, entries: Entries, derivatives: bool) -> str:
                   *event_functions(delayed, entries.tells), *end_functions())  # fmt: skip
     functions = (
         *block_functions(delayed),
+        *said_functions(),
         *start_functions(),
         *state_functions(),
         *step_functions(delayed),
@@ -214,14 +219,11 @@ def _own(
     touches = len(Points(program).all)
     lags = image.lags
     plan = make_plan(program, image.held, len(image.scales), tape, kept_words(touches),
-                     sizes(touches, program.state_count), lags)  # fmt: skip
+                     sizes(touches, program.state_count), most_values(program), lags)  # fmt: skip
     name = program.name.encode("ascii", "replace").decode()
-    stuck = [
-        d.message.replace(" at t = 0 s", "").removeprefix("at t = 0 s ")
-        for d in (*jams(program), *misfits(program))
-    ]
+    ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
-    ends = [entries.as_shown(text) for text in (*messages(program), *stuck, *late)]
+    ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
     texts = [("token", token), ("name", name)]
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
@@ -236,6 +238,8 @@ def _own(
             delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),
             _asserts(program),
             _message(len(ends)),
+            values,
+            subjects(program, entries.as_shown),
         )
     )
 
@@ -280,7 +284,7 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
                len(program.relations) - len(image.timed), len(program.discretes),
                len(program.samplers), len(unknowns(program)), *reserved,
                sum(not b.linear for b in program.blocks), len(points.all),
-               len(messages(program)) + 1)  # fmt: skip
+               len(endings(program)) + 1)  # fmt: skip
     relations = [
         n
         for i, r in enumerate(program.relations)
@@ -340,7 +344,7 @@ def _asserts(program: Program) -> str:
         truth = bit(c, formula(c, assertion.condition, leaf))
         with c.when(~truth, leaves=True):
             c.give(i)
-    first = len(messages(program)) + len(jams(program)) + 1
+    first = len(endings(program)) + len(jams(program)) + 1
     for i, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):

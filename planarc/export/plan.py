@@ -42,6 +42,7 @@ class Own(IntEnum):
     TOUCHES = auto()  # what is remembered of touches (`instance.contact.area.Kept`)
     CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
+    TEXT = auto()  # a message with its values, which stand behind it: no state
     HOST = auto()  # what the host wants to be told with each message
     LOGGER = auto()
     LOGGING = auto()
@@ -218,6 +219,9 @@ SNAPSHOTS, PASSES = 3, 100
 #: Stages of a step of the integrator, and vectors that it needs besides.
 STAGES = 10
 
+#: Room for a message with its values put in.
+LETTERS = 512
+
 #: Values that `px_rules` gives a slot.
 NEVER, PARAMETER, WHOLE_PARAMETER, TUNABLE, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 4, 16
 
@@ -248,11 +252,13 @@ def make_plan(
     tape: Sequence[int],
     kept: int,
     area: Mapping[int, int],
+    values: int,
     lags: Lags | None = None,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives; `kept`: words that are remembered of touches; `area`: sizes of what is
-    no state of them; `lags`: those of the past of delayed signals."""
+    no state of them; `values`: most values of a message; `lags`: those of the past of delayed
+    signals."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -294,6 +300,8 @@ def make_plan(
         past[Shelf.WORK] = room + len(Memory) + len(Shelf)
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
+    homes += [(int(Own.TEXT), room)]
+    room += LETTERS // 8 + values
     return Plan(passing, room, image, tuple(homes), given)
 
 

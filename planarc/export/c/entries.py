@@ -4,8 +4,9 @@
     model_set(m, slot, value) -> flag     a parameter or start value before the begin, an input ever
     model_begin(m) -> flag                start values that fit together; 1 where there are none
     model_go(m, t) -> flag                to a time, with all variables there
+    model_message(m, number) -> text      with its values; it stands until the next one is asked for
 
-`model_go` gives 0, the number of the message (`px_message`) that an assertion or an event ended
+`model_go` gives 0, the number of the message (`model_message`) that an assertion or an event ended
 the run with, or -1 where no step leads on.
 """
 
@@ -44,5 +45,9 @@ def functions() -> Entries:
         rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
         with c.when(~flag.equals(0) | ~rest.equals(0), leaves=True):
             c.give(-1)
-        c.give(c.call(FLAG, "px_asserts", m, w.load(REAL)))
+        found = c.call(FLAG, "px_asserts", m, w.load(REAL))
+        c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
+        c.give(found)
+    with e.plain("model_message", "ptr m, i32 number", POINTER) as (c, (m, number)):
+        c.give(c.call(POINTER, "px_fill", m, c.call(POINTER, "px_message", number)))
     return e

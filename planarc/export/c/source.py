@@ -63,7 +63,7 @@ _HEAD = 4096  # characters in which the mark stands
 #: Whole numbers from here on are the bits of reals.
 _LARGEST = 1 << 52
 #: What a program may call.
-PUBLIC = ("model_new", "model_set", "model_begin", "model_go", "px_message")
+PUBLIC = ("model_new", "model_set", "model_begin", "model_go", "model_message")
 
 
 class Source(Data):
@@ -122,7 +122,7 @@ def translate(
     are `public`, `how` says how the files are compiled."""
     slots = _slot_names(program)
     functions = shared.functions | own.functions
-    wanted = _reachable(functions, (*entries, "px_message"))
+    wanted = _reachable(functions, entries)
     naming = Naming(
         _PURE, functions, _word_namer({w: f"V_{name}" for w, (name, _) in slots.items()})
     )

@@ -50,8 +50,8 @@ int32_t model_begin(word *m);
 /* Go on to a time. 0: done; above 0: the number of the message that the run ended with;
    -1: no step leads on. */
 int32_t model_go(word *m, double t);
-/* The text of a message. */
-word *px_message(int32_t number);
+/* The text of a message, which stands until the next one is asked for. */
+word *model_message(word *m, int32_t number);
 
 /* The value of a variable, `model_value(m, V_time)`; whether the model itself ended the run. */
 #define model_value(m, variable) ((m)->p[variable].d)
@@ -156,7 +156,7 @@ int main(void)
             write_row(m);
     }}
     if (flag > 0)
-        fprintf(stderr, "at %g s: %s\\n", model_value(m, V_time), (const char *)px_message(flag));
+        fprintf(stderr, "%s\\n", (const char *)model_message(m, flag));
     if (flag < 0)
         fprintf(stderr, "no step leads on from %g s\\n", model_value(m, V_time));
     bool ended = flag == 0 || (flag > 0 && model_is_over(m));

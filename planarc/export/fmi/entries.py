@@ -15,7 +15,6 @@ from contextlib import contextmanager
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.newton import open_frame
-from planarc.export.fmi.text import text_constant
 from planarc.export.instance.block import (
     BYTE,
     constant,
@@ -28,12 +27,16 @@ from planarc.export.instance.block import (
 )
 from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.relations import numbers_of, told
+from planarc.export.instance.said import MARK
 from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
 from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
+from planarc.export.text import text_constant
 from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+#: What messages are filled with.
+_NOW, _SUBJECT = f"at t = {MARK}t6 s", f"{MARK}w0"
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
 ALWAYS = tuple(p for p in Phase if p is not Phase.MEANWHILE)
 ANYWHERE = tuple(p for p in ALWAYS if p is not Phase.FAILED)
@@ -62,9 +65,11 @@ class Entries:
         m, status, message = c.arguments
         given = c.emit("i1", f"icmp ne ptr {m.load(POINTER, Own.LOGGER).text}, null")
         with c.when(given):
-            log(c, m, status, constant(c, self.string("logStatusError")), message)
+            text = c.call(POINTER, "px_fill", m, message)
+            log(c, m, status, constant(c, self.string("logStatusError")), text)
         c.give()
         self._texts.append(c.text(SELDOM))
+        self._texts.append(_may())
 
     def text(self) -> str:
         """The functions and their messages."""
@@ -84,15 +89,14 @@ class Entries:
     ) -> Iterator[tuple[Code, list[Value]]]:
         """A function of an instance; it succeeds when nothing else is given."""
         with self.plain(name, f"ptr m, {arguments}".rstrip(", ")) as (c, given):
-            m = given[0]
-            none = c.emit("i1", f"icmp eq ptr {m.text}, null")
-            with c.when(none, leaves=True):
-                c.give(ERROR)
-            allowed = whole(c, sum(1 << p for p in phases))
-            phase = m.load(INT, Own.PHASE)
-            bit = c.emit(INT, f"lshr i64 {allowed.text}, {phase.text}")
-            with c.when(c.emit("i1", f"trunc i64 {bit.text} to i1").equals(0), leaves=True):
-                self.fail(c, m, f"{name} cannot be called now: see the standard's state machine")
+            refused = self._may(
+                c,
+                given[0],
+                phases,
+                f"{name} cannot be called now: see the standard's state machine",
+            )
+            with c.when(~refused.equals(0), leaves=True):
+                c.give(refused)
             yield c, given
             c.give(OK)
 
@@ -110,8 +114,14 @@ class Entries:
     def refused(self, names: Iterable[str]) -> None:
         """Functions that a model of planarc does not have."""
         for name in names:
-            with self.entry(name, "") as (c, (m,)):
-                self.fail(c, m, f"{name} is not offered by this model")
+            with self.plain(name, "ptr m") as (c, (m,)):
+                c.give(self._may(c, m, (), f"{name} is not offered by this model"))
+
+    def _may(self, c: Code, m: Value, phases: Iterable[Phase], message: str) -> Value:
+        """0 where the instance is in one of these phases, else what the function gives."""
+        allowed = whole(c, sum(1 << p for p in phases))
+        text = constant(c, self.string(self.as_shown(message)))
+        return c.call(FLAG, "px_may", m, allowed, text)
 
     def fail(self, c: Code, m: Value, message: str, status: int = ERROR) -> None:
         self.tell(c, m, message, status)
@@ -143,7 +153,7 @@ class Entries:
                     "that the model was exported with: a loop does not close, or the way there "
                     "is too far",
                 )
-            self.fail(c, m, "the equations have no solution at this point", DISCARD)
+            self.fail(c, m, f"{_NOW} {_SUBJECT}", DISCARD)
 
     def check(self, c: Code, m: Value) -> None:
         """The assertions of the model, at a point that was evaluated to the end."""
@@ -151,6 +161,7 @@ class Entries:
         found = c.call(FLAG, "px_asserts", m, w.load(REAL))
         with c.when(found > 0, leaves=True):
             self.enter(c, m, Phase.FAILED)
+            c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
             c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", found))
             c.give(ERROR)
 
@@ -379,8 +390,8 @@ class Entries:
                 c.run("px_log", m, c.constant(ERROR, FLAG), text)
                 c.give(ERROR)
         for wrong, reason in (
-            (UNSOLVED, "the equations have no solution behind an event"),
-            (ENDLESS, "the truths and discrete values at an event do not come to rest"),
+            (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
+            (ENDLESS, f"the events {_NOW} do not come to rest"),
         ):
             with c.when(flag.equals(wrong), leaves=True):
                 self.enter(c, m, Phase.FAILED)
@@ -406,12 +417,26 @@ class Entries:
         self.judge(c, m, flag)
         with c.when(flag.equals(CROWDED), leaves=True):
             self.enter(c, m, Phase.FAILED)
-            self.fail(c, m, "events follow each other without end: the model chatters")
+            self.fail(c, m, f"events follow each other without end {_NOW}: the model chatters")
         with c.when((~flag.equals(0)) & (~flag.equals(ACTED)), leaves=True):
-            self.fail(c, m, "no step leads on from here: the equations have no solution, or the "
-                      "motion is too quick for an explicit method", DISCARD)  # fmt: skip
+            self.fail(c, m, f"{_NOW} no step leads on: {_SUBJECT}, or the motion is too quick for "
+                      "an explicit method", DISCARD)  # fmt: skip
         self.refresh(c, m, Stale.NOTHING)
         self.check(c, m)
+
+
+def _may() -> str:
+    """What every function asks first."""
+    c = Code("px_may", FLAG, ((POINTER, "m"), (INT, "phases"), (POINTER, "message")))
+    m, phases, message = c.arguments
+    with c.when(is_null(c, m), leaves=True):
+        c.give(ERROR)
+    bit = c.emit(INT, f"lshr i64 {phases.text}, {m.load(INT, Own.PHASE).text}")
+    with c.when(c.emit("i1", f"trunc i64 {bit.text} to i1"), leaves=True):
+        c.give(OK)
+    c.run("px_log", m, c.constant(ERROR, FLAG), message)
+    c.give(ERROR)
+    return c.text(SELDOM)
 
 
 def indicator_count(c: Code) -> Value:

@@ -22,7 +22,8 @@ from planarc.core.data import Data
 from planarc.evaluate.record import Number, Rows, Tape
 from planarc.evaluate.rows import RowValues
 from planarc.export.actions import errors
-from planarc.export.page.told import ends, touch_slots, values_of, warnings
+from planarc.export.endings import ends, values_of
+from planarc.export.page.told import touch_slots, warnings
 from planarc.insight.happenings import KIND
 from planarc.insight.values import Values
 from planarc.ir.expr import Expr, Op, symbol_text

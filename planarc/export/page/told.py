@@ -3,7 +3,7 @@
 In:   Program
 Out:  texts with marks for what only the run knows: `told.js` puts it there
 
-    ends        what a run may end with, in the order of the numbers of endings
+    ends        what a run may end with (`export.endings`)
     warnings    the assertions that only warn
     events      the relations that switch, and the touches, in words
 """
@@ -13,51 +13,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from msgspec.structs import replace
-
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.render import render_all
-from planarc.export.actions import endings
-from planarc.export.fits import misfits
-from planarc.export.plan import Jam
-from planarc.export.touches import jams
-from planarc.ir.dae import Assertion, Message, Reinit, SetDiscrete, Terminate
-from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.export.endings import NOW, THEN, ends, ends_of, marked
+from planarc.ir.dae import Assertion, Message
+from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Program
 from planarc.runtime import texts
 from planarc.solve.contact.messages import between
 from planarc.solve.contact.touches import Points
-from planarc.solve.messages.event import assertion_diagnostic, no_value, terminated
+from planarc.solve.messages.event import assertion_diagnostic
 from planarc.view.page.typeset import typeset
 
-#: A message names the instant, which only the page knows: it is built for this one.
-_THEN = 86753.0
-_NOW, _MARKED = f"t = {_THEN:.6g} s", "t = @ s"
-#: The place of a number in a message.
-_MARK = "\x01"
-
-
-def ends(program: Program) -> list[Message]:
-    """The messages of all endings, or what is told of numbers in them."""
-    found = [
-        a.message if isinstance(a, Assertion | Terminate) else Message(()) for a in endings(program)
-    ]
-    apart = Exprs()
-    for touch in Points(program).all:
-        depth = apart.sub(touch.read["low"], touch.read["gap"])
-        numbers = {Jam.OVERLAP: ((depth, ".3g"),)}
-        found += [Message(numbers.get(kind, ())) for kind in Jam]
-    conditions = program.sharing.conditions if program.sharing is not None else ()
-    return found + [Message(((apart.symbol(c.name), ".2g"),)) for c in conditions]
+#: Where a message names the instant, which only the page knows.
+_MARKED = "t = @ s"
 
 
 def warnings(program: Program) -> list[Assertion]:
     return [a for a in program.assertions if a.warning]
-
-
-def values_of(message: Message) -> list[Expr]:
-    """What a message tells besides its texts, in order."""
-    return [p[0] for p in message.parts if not isinstance(p, str)]
 
 
 def told_of(program: Program, late: Sequence[str] = ()) -> dict[str, Any]:
@@ -72,7 +45,7 @@ def told_of(program: Program, late: Sequence[str] = ()) -> dict[str, Any]:
             for text in late
         ],
         "warnings": [
-            {**_text(assertion_diagnostic(program, _THEN, a, _marked(a.message))),
+            {**_text(assertion_diagnostic(program, THEN, a, marked(a.message))),
              "forms": _forms(a.message)}
             for a in warnings(program)
         ],
@@ -94,29 +67,10 @@ def _touches(program: Program) -> Iterator[list[Any]]:
         yield [between(points, i), touch.name, *slots]
 
 
-def ends_of(program: Program) -> Iterator[Diagnostic]:
-    """What a run tells that ends, in the order of the numbers of endings."""
-    for action in endings(program):
-        if isinstance(action, Assertion):
-            yield assertion_diagnostic(program, _THEN, action, _marked(action.message))
-        elif isinstance(action, Terminate):
-            yield terminated(_THEN, action, _marked(action.message))
-        else:
-            assert isinstance(action, SetDiscrete | Reinit)
-            name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
-            yield no_value(program, _THEN, name, action)
-    for d in (*jams(program, _MARK), *misfits(program, _MARK)):
-        yield replace(d, message=d.message.replace("t = 0 s", _NOW))
-
-
 def _text(d: Diagnostic) -> dict[str, str]:
     """A diagnostic with a mark for its instant."""
-    message = d.message.replace(_NOW, _MARKED, 1)
+    message = d.message.replace(NOW, _MARKED, 1)
     return {"message": message, "hint": d.hint or "", "text": render_all((d,))}
-
-
-def _marked(message: Message) -> str:
-    return "".join(p if isinstance(p, str) else _MARK for p in message.parts)
 
 
 def _forms(message: Message) -> list[str]:

@@ -277,6 +277,15 @@ def _block(
     return point_home(program, found, worst[0][1].component if worst else "")
 
 
+def unsolved_block(program: Program, block: int) -> str:
+    """What is known of a block without solution before any run: the loop that it closes."""
+    if loop := _driven_loop(program, block):
+        return f"the loop of {loop} cannot be closed"
+    around = _loop_around(program, block)
+    subject = f"the equations of the loop of {around}" if around else "the equations"
+    return f"{subject} could not be solved"
+
+
 def _loop_around(program: Program, block: int) -> str:
     """The loop, in words, in which the equations of a block stand; nothing where it is in none."""
     code = program.blocks[block] if 0 <= block < len(program.blocks) else None

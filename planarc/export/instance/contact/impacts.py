@@ -76,7 +76,9 @@ def _begin(c: Code, m: Value) -> None:
 @function("void px_jam(ptr m, i64 i, i64 kind)", seldom=True)
 def _jam(c: Code, m: Value, i: Value, kind: Value) -> None:
     with c.when(m.load(INT, Own.ENDED).equals(0)):
-        m.store(plan(c, Table.JAMS) + i * len(Jam) + kind, Own.ENDED)
+        number = plan(c, Table.JAMS) + i * len(Jam) + kind
+        m.store(number, Own.ENDED)
+        c.run("px_values", m, number)
     c.give()
 
 
