@@ -125,8 +125,18 @@ model Beyond "The delay becomes longer than it may"
   annotation(experiment(StopTime=4));
 end Beyond;
 """
+TUNED = """
+model Tuned "A gain that a host may change, and a delay time that it may not"
+  parameter Real k=1;
+  parameter Real T=1;
+  output Real x(start=1, fixed=true);
+equation
+  der(x) = -k*delay(x, T);
+end Tuned;
+"""
 TEXTS = {"Echo": ECHO, "Cart": CART, "Varying": VARYING, "Stairs": STAIRS, "Relay": RELAY,
-         "Still": STILL, "Given": GIVEN, "Bent": BENT, "Beyond": BEYOND}  # fmt: skip
+         "Still": STILL, "Given": GIVEN, "Bent": BENT, "Beyond": BEYOND,
+         "Tuned": TUNED}  # fmt: skip
 RUN = ("Echo", "Cart", "Varying", "Stairs", "Relay", "Still")
 
 
@@ -266,6 +276,17 @@ def test_instances_do_not_meet(folder: Path) -> None:
     alone = Instance(path, unpacked).go(0, 30)
     with ThreadPoolExecutor(8) as pool:
         assert all(found == alone for found in pool.map(lambda i: i.go(0, 30), instances))
+
+
+@runs_here
+def test_a_gain_changes_on_the_way_and_a_delay_time_does_not(folder: Path) -> None:
+    path = archive(folder, "Tuned")
+    one = Instance(path, fmpy.extract(path))
+    one.go(0, 1, 0.5)
+    one.fmu.setFloat64([one.names["k"]], [2.0])
+    assert one.go(1, 3, 0.5) == pytest.approx([-0.5, -1.25], abs=1e-9)
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        one.fmu.setFloat64([one.names["T"]], [2.0])
 
 
 class Host:
