@@ -134,7 +134,7 @@ class Loaded:
             return kernel
         from planarc.api.signals import ForcedKernel, read_signals
 
-        program, inputs = self.program, by_name(inputs)
+        program, inputs = self.program, by_name(inputs, "inputs and their values", "hinge.tau")
         refuse_unknown("input", inputs, program.inputs)
         begin = program.experiment.start if options.start is None else options.start
         stop = program.experiment.stop if options.stop is None else options.stop

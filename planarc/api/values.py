@@ -147,15 +147,17 @@ def run_options(
     )
 
 
-def by_name(given: Any) -> Mapping[str, Any]:
+def by_name(
+    given: Any, what: str = "parameters and start values", example: str = "rod.L"
+) -> Mapping[str, Any]:
     """The given values as a mapping, or UsageError."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
         raise usage_error(
             "C202",
-            f"parameters and start values are given by name, not as {type(given).__name__}",
-            hint='write them as {"rod.L": 0.5}',
+            f"{what} are given by name, not as {type(given).__name__}",
+            hint=f'write them as {{"{example}": 0.5}}',
         )
     return given
 

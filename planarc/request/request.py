@@ -200,6 +200,9 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     known = list(dict.fromkeys((*names, *inside)))
     alike = tuple(n for n in known if n.rpartition(".")[2].lower() == last.lower())
     near = did_you_mean(wanted, known) or (Meant(wanted, alike) if alike else None)
+    if re.fullmatch(r"[\d.]+\w*", wanted):
+        hint = f"a number belongs to an option, such as `--stop {wanted}`"
+        return _usage("C103", f"there is no class `{wanted}`", hint)
     files = [f for ending in SUFFIXES if (f := Path(f"{wanted}{ending}")).is_file()]
     if files:
         hint = f"name its file: `{files[0]}`"

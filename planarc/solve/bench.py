@@ -168,6 +168,21 @@ class Bench:
         self.ended = self.ended or ended
         self.warnings.extend(warnings)
 
+    def _check_values(self) -> None:
+        """End the run before the first row without a finite number: an integrator that takes rows
+        by itself looks at the states only."""
+        row = self.recorder.first_not_finite()
+        if row is None:
+            return
+        from planarc.solve.messages.failure import Place, not_finite
+
+        recorder, t = self.recorder, float(self.recorder.time[row])
+        for slot, column in recorder.stored.items():
+            self.kernel.w[slot] = float(recorder.data[row, column])
+        self.ended = not_finite(self.program, self.kernel, Place(t, "at"), t)
+        recorder.cut(row)
+        self.asserts.forget(row)
+
     def _check_asserts(self, all_rows: bool) -> None:
         """Asserts at new rows; the rows after a failed one are taken back."""
         found, row = self.asserts.check(self.recorder, all_rows)

@@ -44,6 +44,7 @@ class Recorder:
         self.next = 0
         self.count = 0
         self.edition = 0
+        self._looked = 0  # rows that are known to hold finite numbers
         #: An event this near to a row asked for takes its place.
         self.near = 1e-9 * float((grid[1:] - grid[:-1]).min()) if len(grid) > 1 else 0.0
         self._copy = _copier(kernel, self.slots)
@@ -78,6 +79,16 @@ class Recorder:
         self.time[self.count] = t
         self.count += 1
 
+    def first_not_finite(self) -> int | None:
+        """The first of the rows taken since the last call that holds a number that is none."""
+        import numpy as np
+
+        begin, self._looked = min(self._looked, self.count), self.count
+        finite = np.isfinite(self.data[begin : self.count])
+        if finite.all():
+            return None
+        return begin + int(finite.all(axis=1).argmin())
+
     def due(self, t: float) -> float | None:
         """The time of the next row asked for, if it is not after `t`."""
         if self.next < len(self.grid) and self.grid[self.next] <= t:
@@ -92,17 +103,19 @@ class Recorder:
     def cut(self, count: int) -> None:
         """Forget the rows from `count` on."""
         self.count = min(count, self.count)
+        self._looked = min(self._looked, self.count)
 
     def back(self, count: int, following: int) -> None:
         """Go back to so many rows, with row `following` of the grid to come."""
         self.count, self.next = count, following
+        self._looked = min(self._looked, count)
 
     def keep_last(self) -> None:
         """Forget all rows but the last one."""
         if self.count:
             self.time[0] = self.time[self.count - 1]
             self.data[0] = self.data[self.count - 1]
-            self.count = 1
+            self.count = self._looked = 1
 
     def last(self) -> dict[int, float]:
         """The last row, by slot; nothing before there is one."""

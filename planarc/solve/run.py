@@ -65,6 +65,8 @@ class Run(Begun):
             if self.interruption.asked:
                 raise KeyboardInterrupt
             self._check_asserts(march.outcome is Outcome.FAILED)
+            if self.ended is None:
+                self._check_values()
             if self.ended is not None:
                 return
             if self.delays.trouble is not None:

@@ -252,7 +252,10 @@ def _repeated(names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic
 def _hint(dae: Dae, names: Sequence[str]) -> str:
     """The cause in a planar mechanism that leaves such an unknown open."""
     parameters = {p.name for p in dae.parameters}
-    owners = [n.rsplit(".", 2)[0] for n in names if n.endswith(".phi")]
+    frames = {n.removesuffix(".phi") for n in names if n.endswith(".phi")}
+    joined = (ends for ends in dae.connections if not frames.isdisjoint(ends))
+    owners = [*sorted(frames), *(n.rpartition(".")[0] for ends in joined for n in ends)]
+    owners += [n.rpartition(".")[0] for n in sorted(frames)]
     points = [o for o in owners if f"{o}.fixAngle" in parameters]
     if points:
         return f"set `fixAngle=true` in `{points[0]}`, or connect it to a part that turns with it"

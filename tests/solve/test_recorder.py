@@ -39,3 +39,19 @@ def test_rows_that_are_due() -> None:
     recorder.pass_by(0.5 - recorder.near / 2)  # an event so near takes the row's place
     assert recorder.due(0.9) is None
     assert recorder.due(1.0) == 1.0
+
+
+def test_rows_without_a_finite_number_are_found_once() -> None:
+    program: Any = SimpleNamespace(columns=COLUMNS)
+    kernel: Any = SimpleNamespace(w=[0.0] * 3)
+    recorder = Recorder(program, kernel, np.array([0.0, 0.5, 1.0]))
+    for k, value in enumerate([1.0, 2.0, np.nan, np.inf]):
+        kernel.w[1] = value
+        recorder.take(0.1 * k)
+        if k == 1:
+            assert recorder.first_not_finite() is None
+    assert recorder.first_not_finite() == 2
+    assert recorder.first_not_finite() is None  # these were looked at
+    recorder.cut(1)
+    recorder.take(0.2)  # in the place of one that was looked at
+    assert recorder.first_not_finite() == 1
