@@ -93,9 +93,9 @@ def solve_start(
         values = assemble(system, u0, choice)
     system = system.holding(choice.others)
     if values is None:
-        from planarc.solve.start import failure as start_failure
+        from planarc.solve.start.failure import explain
 
-        raise start_failure.explain(system, u0, choice)
+        raise explain(system, u0, choice)
     if sharing.missed(system, values):
         return solve_start(sharing.strict(program), kernel, t, given, judge, rescue, near, follow)
     refuse_singular(system, u0, values, choice)
@@ -112,9 +112,9 @@ def _finish(
     flag = system.evaluate_flag(values)
     judge(system, values)
     if flag != 0 or not system.finite(values):
-        from planarc.solve.start import failure as start_failure
+        from planarc.solve.start.unevaluated import not_evaluated
 
-        raise start_failure.not_evaluated(system, flag)
+        raise not_evaluated(system, flag)
     w = system.kernel.w
     return Start(
         tuple(float(v) for v in values),

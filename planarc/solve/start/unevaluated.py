@@ -1,0 +1,149 @@
+"""Why equations have no value at the start, or no solution, in words: what divides by zero, what
+has no mass.
+
+In:   System, the flag of its evaluation
+Out:  NotEvaluated    R413, or R410 for a block of equations
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.ir.expr import Op, postorder
+from planarc.ir.places import owner, point_home
+from planarc.ir.program import EquationInfo, Program
+from planarc.solve.messages import trouble
+from planarc.solve.rescue.rescue import Account
+from planarc.solve.start.system import System
+
+_WORST = 3
+#: The least singular value, as a part of the largest, of equations that have a solution.
+_REGULAR = 1e-9
+
+
+class NotEvaluated(PlanarcError):
+    """The equations have no value, or no solution, at the start (R413, R410)."""
+
+
+def not_evaluated(system: System, flag: int) -> PlanarcError:
+    """The equations have no value at the start."""
+    kernel = system.kernel
+    if kernel.failed_block >= 0 and kernel.failed_equation < 0:
+        return _block_failed(system, kernel.failed_block)
+    where = trouble.first_not_finite(system.program, kernel, system.t)
+    message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
+    if where is not None:
+        place = f" in `{where.component}`" if where.component else ""
+        message += f": `{where.text}`{place} gives no finite number"
+    found = Diagnostic(
+        "R413",
+        message,
+        where.span if where else None,
+        hint=(_zeros(system, [where], divisors=True) if where else None)
+        or "check parameters and start values for a division by zero or a root of a "
+        "negative number",
+    )
+    return NotEvaluated(point_home(system.program, found, where.component if where else ""))
+
+
+def _block_failed(system: System, block: int) -> PlanarcError:
+    program = system.program
+    tried = system.rescue.account(system.t, block)
+    worst = trouble.worst_equations(program, system.kernel, system.t, block, _WORST)
+    if tried is not None:
+        worst = list(tried.worst)
+    infos = [i for _, i in worst]
+    every = [program.equations[e] for e in program.blocks[block].equations]
+    alone = program.mechanism is None and program.blocks[block].linear
+    names = trouble.components(program, every if alone else infos)
+    found = Diagnostic(
+        "R410",
+        f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
+        if names
+        else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
+        infos[0].span if infos else None,
+        hint=_zeros(system, infos)
+        or _massless(system, block)
+        or _advice(program, tried, program.blocks[block].linear),
+        related=trouble.related(worst),
+    )
+    return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
+
+
+def _zeros(system: System, infos: Sequence[EquationInfo], divisors: bool = False) -> str | None:
+    """The parameters in equations that are zero, with which these may lose their unknowns; without
+    one the variables that start at 0 as no start value is written. Of divisors only, if asked."""
+    if system.program.mechanism is not None and not divisors:
+        return None
+    w = system.kernel.w
+    values = {p.name: float(w[p.slot]) for p in system.program.parameter_slots}
+    slots = (c for c in system.program.candidates if not c.start_written and not c.fixed)
+    starts = {c.name: float(w[c.slot]) for c in slots}
+    sides = [e for i in infos if not isinstance(i.written, str) for e in i.written]
+    if divisors:
+        sides = [e.args[1] for e in postorder(sides) if e.op is Op.DIV]
+    symbols = dict.fromkeys(repr(e) for e in postorder(sides) if e.op is Op.SYMBOL)
+    names = [n for n in symbols if values.get(n) == 0.0]
+    verb = "is" if len(names) == 1 else "are"
+    if names:
+        return f"{trouble.names(names)} {verb} 0: give another value"
+    names = [n for n in symbols if starts.get(n) == 0.0]
+    verb, pronoun = ("starts", "it") if len(names) == 1 else ("start", "them")
+    if not names:
+        return None
+    return (
+        f"{trouble.names(names)} {verb} at 0, since no start value is written: give {pronoun} one, "
+        f"as in `{names[0].rpartition('.')[2]}(start=1, fixed=true)`"
+    )
+
+
+def _massless(system: System, block: int) -> str | None:
+    """The parameter of 0 with another value of which a linear block had a solution: an inertia."""
+    import numpy as np
+
+    program, kernel = system.program, system.kernel
+    code = program.blocks[block]
+    if not code.linear:
+        return None
+
+    def regular() -> bool:
+        matrix = np.array(kernel.jacobian(block), dtype=float)
+        if not matrix.size or not np.all(np.isfinite(matrix)):
+            return False
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        return bool(sizes[-1] > _REGULAR * sizes[0])
+
+    components = {program.equations[e].component for e in code.equations}
+    found = []
+    if regular():
+        return None
+    for parameter in program.parameter_slots:
+        if owner(parameter.name) not in components or kernel.w[parameter.slot] != 0.0:
+            continue
+        kernel.w[parameter.slot] = 1.0
+        kernel.parameters()
+        if regular():
+            found.append(parameter.name)
+        kernel.w[parameter.slot] = 0.0
+    kernel.parameters()
+    names = [n for n in found if "[" not in n] or found
+    return f"{trouble.names(names[:1])} is 0: give it a value" if names else None
+
+
+def _advice(program: Program, tried: Account | None, linear: bool) -> str:
+    if program.mechanism is not None:
+        return (
+            "look for a part without mass that nothing holds, a joint that constrains what "
+            "another one constrains already, or a stretched (singular) position"
+        )
+    if tried is None and linear:
+        return (
+            "an unknown cancels out of these equations: look for a signal that is led back to "
+            "itself, or for what is decided twice"
+        )
+    if tried is None:
+        return "check whether these equations have a solution, or give start values near to it"
+    return (
+        f"check whether these equations have a solution, or give start values near to it: {tried}"
+    )
