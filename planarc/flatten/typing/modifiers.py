@@ -48,7 +48,7 @@ def _member_value(typed: flat.Expression, binding: Binding, dims: flat.Dims) -> 
     for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
         if size is not None and index > size:
             values = counted(size, "value")
-            message = f"the modifier has {values}, and none for member {index} of the components"
+            message = f"the modifier has {values}, but none for member {index}"
             hint = "give as many values as there are members"
             raise error("F224", message, binding.span, hint=hint)
     return pick(typed, binding.subscripts)

@@ -122,15 +122,15 @@ class Poles:
         odd = (np.sign(f0) * np.sign(f1) < 0) & ((t - begin) * size * GROWTH > absolute)
         step = (begin, start), (t, y.tolist())
         for i in np.flatnonzero(odd).tolist():
-            if self._grows(i, f0[i], size[i], *step):
+            if self._grows(i, float(f0[i]), float(size[i]), *step):
                 return True
         way = abs(t * f1) / (1 + abs(y))
         steep = (way > ways) & ~odd
         for i in np.flatnonzero(steep).tolist():
-            if self._rises(i, size[i], *step):
+            if self._rises(i, float(size[i]), *step):
                 return True
         self.kernel.rhs(t, y.tolist(), [0.0] * n)
-        least[odd] = np.maximum(least, LARGER * size)[odd]
+        least[odd] = np.maximum(least[odd], LARGER * size[odd])
         ways[steep] = 2 * way[steep]
         self._least_way = float(ways.min(initial=math.inf))
         self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
