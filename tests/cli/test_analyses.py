@@ -233,7 +233,7 @@ WRONG = [
     (("drive", FOUR_BAR, "--motion", "revA.phi=@nowhere.csv"), "cannot read"),
     (("drive", FOUR_BAR, "--motion", "revA.w=1"), "no coordinate of a joint"),
     (("sensitivity", FOUR_BAR), "no parameter is named"),
-    (("linearize", FOUR_BAR, "--at", "rest"), "choose among `start`, `equilibrium`"),
+    (("linearize", FOUR_BAR, "--at", "rest"), "give `start`, `equilibrium` or a time in seconds"),
 ]
 
 
