@@ -8,6 +8,7 @@ flange    s and the flow f                     of what slides
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 
 #: Flow and position; their product, by the rate of the position, is the power that enters.
 Pairs = tuple[tuple[str, str], ...]
@@ -41,6 +42,11 @@ def find_frames(names: Iterable[str]) -> tuple[str, ...]:
 
 def find_connectors(names: Iterable[str]) -> Mapping[str, Pairs]:
     """The frames and flanges of a model by their names, with their flows and positions."""
+    return _found(tuple(names))
+
+
+@lru_cache(maxsize=4)  # a live page asks for those of one model again and again
+def _found(names: tuple[str, ...]) -> Mapping[str, Pairs]:
     held: dict[str, set[str]] = {}
     for name in names:
         if "(" not in name:

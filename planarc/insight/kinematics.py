@@ -155,13 +155,13 @@ def _vectors(points: list[_Point], which: int) -> tuple[Mark, ...]:
 
 def _told(marks: Iterable[Mark]) -> tuple[Mark, ...]:
     """The vectors that are more than round-off, of themselves and against the largest."""
-    sized = [(m, float(np.nanmax(np.hypot(m.u, m.v), initial=0.0))) for m in marks]
+    sized = [(m, float(np.fmax.reduce(np.hypot(m.u, m.v), axis=None, initial=0.0))) for m in marks]
     least = max(_ROUND_OFF, _NEGLIGIBLE * max((size for _, size in sized), default=0.0))
     return tuple(m for m, size in sized if size > least)
 
 
 def _is_zero(vector: tuple[Track, Track]) -> bool:
-    return all(not np.any(np.nan_to_num(np.asarray(v))) for v in vector)
+    return not any(np.any(np.abs(v) > 0) for v in vector)  # what is not known is no more than 0
 
 
 def _forces(values: Values, mechanism: Mechanism) -> Iterator[Mark]:

@@ -75,5 +75,7 @@ def smooth(angle: Any) -> Track:
     value = plain(angle)
     if isinstance(value, float) or not np.all(np.isfinite(value)):
         return value
+    if type(value) is np.ndarray and np.abs(value[1:] - value[:-1]).max(initial=0.0) < np.pi:
+        return value  # most angles: `unwrap` would take ten times as long to find so
     unwrapped: Track = np.unwrap(value)
     return unwrapped

@@ -41,18 +41,25 @@ class Columns:
 
     def _encode(self, values: Any) -> Encoded:
         with np.errstate(over="ignore"):  # of a run that blew up: infinite to the page
-            own = values[self._rows].astype(np.float32)
-        if own.size and (own == own[0]).all():
+            own = values[self._rows].astype("<f4")
+        if own.size and own[0] == own[-1] and (own == own[0]).all():
             return number(float(own[0]))
-        return encode(own)
+        return _text(own)
 
 
 def encode(values: Array, form: str = "<f4") -> str:
     """Base64 of the numbers; what is not finite is NaN, and there is no -0."""
     with np.errstate(over="ignore"):
-        own = np.ascontiguousarray(values, dtype=form) + np.zeros(1, dtype=form)
-    own[~np.isfinite(own)] = np.nan
-    return base64.b64encode(own.tobytes()).decode()
+        return _text(np.array(values, dtype=form))
+
+
+def _text(own: Array) -> str:
+    """Base64 of numbers that nobody else needs: they are changed in place."""
+    own += 0.0  # -0 becomes 0
+    finite = np.isfinite(own)
+    if not finite.all():
+        own[~finite] = np.nan
+    return base64.b64encode(own.data).decode("ascii")
 
 
 def number(value: float) -> float | None:

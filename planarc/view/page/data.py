@@ -17,6 +17,7 @@ characters; variables that do not fit are left out, parameters of parts first, a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from math import pi
 from typing import Any
 
@@ -105,7 +106,7 @@ def curve_data(
             continue
         scale, unit = shown_unit(column)
         values = columns.add(_values(result, column))
-        factor = number(column.sign * scale)
+        factor = _factor(column.sign * scale)
         variables.append([column.name, values, factor, unit, column.description])
     order = {c.name: i for i, c in enumerate(result.program.columns)}
     variables.sort(key=lambda v: order.get(v[0], -1))
@@ -125,6 +126,9 @@ def shown_unit(column: Column) -> tuple[float, str]:
     if column.unit == "rad" and column.display_unit in ("deg", ""):
         return _DEGREES, "deg"
     return 1.0, column.unit
+
+
+_factor = cache(number)  # there are few
 
 
 def _values(result: Result, column: Column) -> Track:
