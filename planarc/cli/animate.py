@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import open_model, say_json
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
+from planarc.cli.line import Argument, Option
 from planarc.core.options import Redundant
 from planarc.core.prose import counted
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 def animate(
     target: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="RESULT|MODEL",
             help="A result, .csv or .mat; or a model to run: a file, or a class of a library.",
             autocompletion=arg.offers("results"),
@@ -42,17 +41,17 @@ def animate(
         float | None, arg.time_option(help="Show one instant instead of a motion.")
     ] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Seconds of the run in a second of the picture.")
+        float | None, Option(help="Seconds of the run in a second of the picture.")
     ] = None,
-    rate: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
-    width: Annotated[int, typer.Option(help="Width in pixels; the height follows.")] = 640,
+    rate: Annotated[float, Option("--fps", help="Frames a second.")] = 25.0,
+    width: Annotated[int, Option(help="Width in pixels; the height follows.")] = 640,
     dark: Annotated[
         bool | None,
-        typer.Option("--dark/--light", help="The ground; a .svg follows the reader's screen."),
+        Option("--dark/--light", help="The ground; a .svg follows the reader's screen."),
     ] = None,
     traces: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--trace",
             metavar="POINT",
             help="Draw the path of a part or a vector, as couplerBody.r_0CM. Repeatable.",
@@ -61,7 +60,7 @@ def animate(
     ] = None,
     layers: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--layer",
             metavar="LAYER",
             help="Draw forces, contacts, velocities, accelerations, paths, masses or names.",
@@ -70,7 +69,7 @@ def animate(
     ] = None,
     model_name: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--model",
             metavar="FILE|CLASS",
             help="Of a RESULT: the model that made it, where the result does not tell it.",
@@ -78,17 +77,15 @@ def animate(
     ] = None,
     mode: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Show the N-th mode of the linear model instead of a run."),
+        Option(metavar="N", help="Show the N-th mode of the linear model instead of a run."),
     ] = None,
     around: Annotated[
         str,
-        typer.Option(
+        Option(
             metavar="WHERE", help="Of --mode: around `start`, `equilibrium`, or a time in seconds."
         ),
     ] = "start",
-    amplitude: Annotated[
-        float, typer.Option(help="Of --mode: how far the largest state moves.")
-    ] = 0.2,
+    amplitude: Annotated[float, Option(help="Of --mode: how far the largest state moves.")] = 0.2,
     stop: arg.Stop = None,
     settings: arg.Settings = None,
     library: arg.Libraries = None,

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
-import typer
-
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend, Redundant, fastest_backend
 
@@ -29,7 +28,7 @@ def offers(kind: str) -> Any:
 
 Target: TypeAlias = Annotated[
     str,
-    typer.Argument(
+    Argument(
         metavar="FILE|CLASS",
         help="A .pmo or .mo file, or a class of a library.",
         autocompletion=offers("models"),
@@ -37,7 +36,7 @@ Target: TypeAlias = Annotated[
 ]
 ClassName: TypeAlias = Annotated[
     str | None,
-    typer.Argument(
+    Argument(
         metavar="CLASS",
         help="The class of FILE, when it is not the one named like the file.",
         autocompletion=offers("classes"),
@@ -45,7 +44,7 @@ ClassName: TypeAlias = Annotated[
 ]
 Libraries: TypeAlias = Annotated[
     list[Path] | None,
-    typer.Option(
+    Option(
         "--library",
         metavar="DIR",
         help="A folder of libraries, a package's own folder, or a file. Repeatable.",
@@ -53,7 +52,7 @@ Libraries: TypeAlias = Annotated[
 ]
 RedundantJoints: TypeAlias = Annotated[
     Redundant,
-    typer.Option(
+    Option(
         "--redundant",
         help="What becomes of joints that hold the same motion more than once: accepted, they "
         "share their forces with the smallest sum of squares.",
@@ -61,24 +60,20 @@ RedundantJoints: TypeAlias = Annotated[
 ]
 Undrawn: TypeAlias = Annotated[
     bool,
-    typer.Option(
-        "--no-drawing", help="Leave out colours and whatever else only the picture needs."
-    ),
+    Option("--no-drawing", help="Leave out colours and whatever else only the picture needs."),
 ]
 
 
 def output_option(help: str) -> Any:
     """`--output`, with what it writes."""
-    return typer.Option("--output", "-o", metavar="FILE", help=help)
+    return Option("--output", "-o", metavar="FILE", help=help)
 
 
-AsJson: TypeAlias = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object instead of text.")
-]
+AsJson: TypeAlias = Annotated[bool, Option("--json", help="Print one JSON object instead of text.")]
 
 Pattern: TypeAlias = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--variables",
         metavar="REGEX",
         help="Only variables whose names this regular expression matches anywhere.",
@@ -87,7 +82,7 @@ Pattern: TypeAlias = Annotated[
 
 Settings: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--set",
         metavar="NAME=VALUE",
         help="Set a parameter, or a start value as x.start=1, or with a unit: x=20cm. Repeatable.",
@@ -97,7 +92,7 @@ Settings: TypeAlias = Annotated[
 
 
 def seconds(text: str) -> float:
-    """The number of `0.5` and of `500ms`."""
+    """The number of `0.5` and of `500ms`. Raises ValueError."""
     try:
         return float(text)
     except ValueError:
@@ -105,22 +100,20 @@ def seconds(text: str) -> float:
 
         found = in_unit("time", text, "s")
         if found is None:
-            raise typer.BadParameter(f"`{text}` is no time") from None
+            raise ValueError(f"`{text}` is no time") from None
         return found
 
 
 def time_option(*names: str, help: str) -> Any:
     """An option that takes a time."""
-    return typer.Option(*names, metavar="TIME", parser=seconds, help=help)
+    return Option(*names, metavar="TIME", parser=seconds, help=help)
 
 
 Stop: TypeAlias = Annotated[
     float | None, time_option(help="Stop time in seconds, or with a unit: 500ms.")
 ]
-Tolerance: TypeAlias = Annotated[
-    float | None, typer.Option(help="Relative error allowed in a step.")
-]
-Intervals: TypeAlias = Annotated[int | None, typer.Option(help="Number of intervals.")]
+Tolerance: TypeAlias = Annotated[float | None, Option(help="Relative error allowed in a step.")]
+Intervals: TypeAlias = Annotated[int | None, Option(help="Number of intervals.")]
 
 
 def make_request(

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.analysis import open_model, say_json, say_table, with_settings
 from planarc.cli.arguments import AsJson, ClassName, Libraries, RedundantJoints, Settings, Target
+from planarc.cli.line import Option
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ TRIES = 200
 def assemble(
     target: Target,
     class_name: ClassName = None,
-    tries: Annotated[int, typer.Option(help="Guesses to start from.")] = TRIES,
+    tries: Annotated[int, Option(help="Guesses to start from.")] = TRIES,
     settings: Settings = None,
     library: Libraries = None,
     redundant: RedundantJoints = Redundant.REFUSE,

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.exits import Exit
+from planarc.cli.line import Option
 from planarc.core.prose import counted
 
 
 def cache(
-    clear: Annotated[bool, typer.Option("--clear", help="Remove what is kept.")] = False,
+    clear: Annotated[bool, Option("--clear", help="Remove what is kept.")] = False,
 ) -> int:
     """Show or clear what planarc keeps between runs.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
 from msgspec.structs import replace
 
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, ClassName, Libraries, Target, make_request
 from planarc.cli.exits import Exit
+from planarc.cli.line import Option
 from planarc.cli.outcome import Outcome
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Units
@@ -25,20 +25,20 @@ def check(
     library: Libraries = None,
     every: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--all",
             help="Check every class of a package, a folder or a file, on all processor cores.",
         ),
     ] = False,
     start: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--start",
             help="Make it an error where the mechanism cannot be put together at the start.",
         ),
     ] = False,
     units: Annotated[
-        Units, typer.Option("--units", help="What becomes of units that differ.", show_default=True)
+        Units, Option("--units", help="What becomes of units that differ.", show_default=True)
     ] = Units.WARN,
     as_json: AsJson = False,
 ) -> int:

@@ -6,12 +6,12 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
 from msgspec.structs import asdict
 
 from planarc.cli import console
 from planarc.cli.arguments import AsJson, Pattern, read_pattern
 from planarc.cli.exits import Exit
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import usage_error
 from planarc.core.prose import counted, shortened
 
@@ -22,13 +22,13 @@ MOST = 20  # variables that are told, the earliest first
 
 
 def compare(
-    reference: Annotated[Path, typer.Argument(metavar="A", help="The reference, .csv or .mat.")],
-    other: Annotated[Path, typer.Argument(metavar="B", help="What is compared with it.")],
+    reference: Annotated[Path, Argument(metavar="A", help="The reference, .csv or .mat.")],
+    other: Annotated[Path, Argument(metavar="B", help="What is compared with it.")],
     tolerance: Annotated[
-        float, typer.Option(help="Half the height of the tube, as a share of a variable's range.")
+        float, Option(help="Half the height of the tube, as a share of a variable's range.")
     ] = 1e-3,
     width: Annotated[
-        float, typer.Option(help="Half the width of the tube, as a share of the time.")
+        float, Option(help="Half the width of the tube, as a share of the time.")
     ] = 1e-3,
     variables: Pattern = None,
     as_json: AsJson = False,

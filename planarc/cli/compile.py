@@ -5,10 +5,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import ClassName, Libraries, Target, Undrawn, make_request
+from planarc.cli.line import Option
 
 if TYPE_CHECKING:
     from planarc.ir.program import Program
@@ -22,7 +21,7 @@ class Emit(StrEnum):
 def compile_model(
     target: Target,
     class_name: ClassName = None,
-    emit: Annotated[Emit, typer.Option(help="The language of the code.")] = Emit.NUMPY,
+    emit: Annotated[Emit, Option(help="The language of the code.")] = Emit.NUMPY,
     no_drawing: Undrawn = False,
     library: Libraries = None,
 ) -> int:

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, names_file, offers, open_classes, output_option
+from planarc.cli.line import Argument, Option
 
 
 def doc(
     target: Annotated[
         str | None,
-        typer.Argument(
+        Argument(
             metavar="[LIBRARY|CLASS|FILE]",
             help="What to describe; without, all libraries that are found.",
             autocompletion=offers("models"),
@@ -27,7 +26,7 @@ def doc(
     library: Libraries = None,
     motion: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--motion/--no-motion", help="Run the examples, and show components moving in them."
         ),
     ] = True,

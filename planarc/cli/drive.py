@@ -6,12 +6,11 @@ import re
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
 from planarc.cli.files import save, table_destination
+from planarc.cli.line import Option
 from planarc.core.diagnostic import refused, usage_error
 from planarc.core.files import read_plain
 from planarc.core.options import Redundant
@@ -23,7 +22,7 @@ def drive(
     class_name: arg.ClassName = None,
     motion: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="JOINT.phi=MOTION",
             help="A formula of time, or @FILE with rows of time and value. Repeatable.",
         ),

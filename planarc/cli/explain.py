@@ -9,10 +9,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from textwrap import indent, wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import AsJson
+from planarc.cli.line import Argument
 from planarc.core.diagnostic import usage_error
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def _completed(begun: str) -> list[str]:
 def explain(
     codes: Annotated[
         list[str] | None,
-        typer.Argument(
+        Argument(
             metavar="[CODE]...",
             help="Codes such as F320, or letters of stages; without, all codes are listed.",
             autocompletion=_completed,

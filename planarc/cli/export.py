@@ -8,8 +8,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import (
     ClassName,
@@ -21,6 +19,7 @@ from planarc.cli.arguments import (
     output_option,
     read_pattern,
 )
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Backend, Redundant
 
@@ -43,7 +42,7 @@ class Version(StrEnum):
 
 
 def export(
-    form: Annotated[Form, typer.Argument(metavar="fmu|page|c", help="What to write.")],
+    form: Annotated[Form, Argument(metavar="fmu|page|c", help="What to write.")],
     target: Target,
     class_name: ClassName = None,
     output: Annotated[
@@ -55,7 +54,7 @@ def export(
     ] = None,
     outputs: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--outputs",
             metavar="REGEX",
             help="Outputs: variables whose names this regular expression matches anywhere. "
@@ -64,7 +63,7 @@ def export(
     ] = None,
     input: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--input",
             metavar="NAME",
             help="Make a variable an input: a torque or force that the model gives, the signal of "
@@ -73,7 +72,7 @@ def export(
     ] = None,
     parameters: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--parameters",
             metavar="REGEX",
             help="Parameters that can be set: those whose names this matches anywhere. Without, "
@@ -82,7 +81,7 @@ def export(
     ] = None,
     platforms: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--platforms",
             metavar="NAMES",
             help="With commas between them, as x86_64-linux,x86_64-windows. Without, all.",
@@ -90,7 +89,7 @@ def export(
     ] = None,
     stiff: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--stiff",
             help="Integrate with an implicit method (FMUs: in co-simulation): for hard springs and "
             "strong dampers. The parameter `_stiff` of an FMU changes it.",
@@ -98,13 +97,13 @@ def export(
     ] = False,
     source: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--source",
             help="Put the code into the FMU as C99, too: for platforms that planarc has no code "
             "for, and for reading.",
         ),
     ] = False,
-    fmi: Annotated[Version, typer.Option(help="The version of the standard.")] = Version.THREE,
+    fmi: Annotated[Version, Option(help="The version of the standard.")] = Version.THREE,
     redundant: RedundantJoints = Redundant.REFUSE,
     library: Libraries = None,
 ) -> int:

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.exits import Exit
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import (
     Diagnostic,
     PlanarcError,
@@ -26,13 +25,13 @@ from planarc.core.source import SUFFIXES, Source, model_files
 def fmt(
     files: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="FILE|FOLDER...",
             help="Files, or folders of .pmo and .mo files; `-` formats standard input.",
         ),
     ],
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; exit with 1 when a file would change.")
+        bool, Option("--check", help="Write nothing; exit with 1 when a file would change.")
     ] = False,
 ) -> int:
     """Format models.

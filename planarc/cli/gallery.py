@@ -6,12 +6,11 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import PAGES, check_writable, file_stem, page_destination
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import Severity, refused, usage_error
 from planarc.core.prose import ticked
 
@@ -25,14 +24,14 @@ _LIBRARY = "PlanarMultiBody.Examples"
 def gallery(
     targets: Annotated[
         list[str] | None,
-        typer.Argument(
+        Argument(
             metavar="[PACKAGE|FOLDER|FILE]...", help=f"Where the examples are; without, {_LIBRARY}."
         ),
     ] = None,
     output: Annotated[Path | None, output_option("The page, .html.")] = None,
     reports: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             "--reports",
             metavar="FOLDER",
             help="Write the whole report of each into this folder, and link it.",

@@ -7,10 +7,9 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.files import check_writable
+from planarc.cli.line import Argument, Option
 from planarc.core.diagnostic import refused, usage_error
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ class What(StrEnum):
 
 
 def length(text: str) -> float:
-    """The number of m of `0.001` and of `1mm`."""
+    """The number of m of `0.001` and of `1mm`. Raises ValueError."""
     from planarc.core.quantity import in_unit
 
     try:
@@ -35,24 +34,24 @@ def length(text: str) -> float:
     except ValueError:
         found = in_unit("--tolerance", text, "m") or 0.0
     if not (isfinite(found) and found > 0):
-        raise typer.BadParameter(f"`{text}` is no length above 0")
+        raise ValueError(f"`{text}` is no length above 0")
     return found
 
 
 def import_outline(
-    what: Annotated[What, typer.Argument(metavar="outline", help="What is imported.")],
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An SVG or a DXF.")],
+    what: Annotated[What, Argument(metavar="outline", help="What is imported.")],
+    file: Annotated[Path, Argument(metavar="FILE", help="An SVG or a DXF.")],
     name: Annotated[
         str | None,
-        typer.Option("--id", metavar="NAME|NUMBER", help="Which outline, where there are several."),
+        Option("--id", metavar="NAME|NUMBER", help="Which outline, where there are several."),
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option(help="The unit of the drawing: mm, in ...; else what the file says."),
+        Option(help="The unit of the drawing: mm, in ...; else what the file says."),
     ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(
+        Option(
             metavar="LENGTH",
             parser=length,
             help="How far straight sides may be from curves, in m or as 0.1mm; else a thousandth "
@@ -61,7 +60,7 @@ def import_outline(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE.pmo", help="Write it there, not here."),
+        Option("--output", "-o", metavar="FILE.pmo", help="Write it there, not here."),
     ] = None,
 ) -> int:
     """Turn a drawn outline into a contour.

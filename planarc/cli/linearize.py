@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.analysis import (
     number,
@@ -24,6 +22,7 @@ from planarc.cli.arguments import (
     Target,
     offers,
 )
+from planarc.cli.line import Option
 from planarc.core.options import Redundant
 from planarc.core.prose import counted
 
@@ -32,11 +31,11 @@ def linearize(
     target: Target,
     class_name: ClassName = None,
     at: Annotated[
-        str, typer.Option(metavar="WHERE", help="`start`, `equilibrium`, or a time in seconds.")
+        str, Option(metavar="WHERE", help="`start`, `equilibrium`, or a time in seconds.")
     ] = "start",
     outputs: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--output-of",
             metavar="NAME",
             help="A variable as output. Repeatable.",

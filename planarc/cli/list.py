@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, offers, open_classes
+from planarc.cli.line import Argument
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry, Library
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 def list_classes(
     target: Annotated[
         str | None,
-        typer.Argument(
+        Argument(
             metavar="[FILE|PACKAGE]",
             help="A .pmo or .mo file, or a package; without, the libraries that are found.",
             autocompletion=offers("models"),

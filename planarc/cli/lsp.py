@@ -5,9 +5,8 @@ from __future__ import annotations
 import gc
 from typing import Annotated
 
-import typer
-
 from planarc.cli.exits import Exit
+from planarc.cli.line import Option
 from planarc.core.extras import need
 
 #: The search for cycles between those that the server itself asks for when it is idle.
@@ -17,7 +16,7 @@ _SELDOM = (200_000, 10, 10)
 def lsp(
     tcp: Annotated[
         int | None,
-        typer.Option(
+        Option(
             min=1,
             max=65535,
             metavar="PORT",
@@ -25,7 +24,7 @@ def lsp(
         ),
     ] = None,
     host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="The address to listen on, with --tcp.")
+        str, Option(metavar="ADDRESS", help="The address to listen on, with --tcp.")
     ] = "127.0.0.1",
 ) -> int:
     """Start the language server for an editor.

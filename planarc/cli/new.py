@@ -6,10 +6,9 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.files import check_writable
+from planarc.cli.line import Argument
 from planarc.core.diagnostic import PlanarcError, usage_error
 from planarc.core.source import SUFFIXES
 
@@ -22,7 +21,7 @@ TEMPLATE = Path(__file__).with_name("new.pmo")
 
 def new(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="The name of the model; the file is NAME.pmo.")
+        str, Argument(metavar="NAME", help="The name of the model; the file is NAME.pmo.")
     ],
 ) -> int:
     """Write a small working model to start from."""

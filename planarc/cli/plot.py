@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
 from msgspec.structs import replace
 
 from planarc.cli import console
@@ -20,6 +19,7 @@ from planarc.cli.arguments import (
 )
 from planarc.cli.exits import Exit
 from planarc.cli.files import TABLES, check_writable
+from planarc.cli.line import Argument, Option
 from planarc.core.options import Redundant
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def plot(
     target: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="RESULT|MODEL",
             help="A result, .csv or .mat, of planarc or another tool; or a model to run.",
             autocompletion=offers("results"),
@@ -37,12 +37,12 @@ def plot(
     ],
     variables: Annotated[
         list[str],
-        typer.Argument(metavar="VAR...", help="What to draw.", autocompletion=offers("variables")),
+        Argument(metavar="VAR...", help="What to draw.", autocompletion=offers("variables")),
     ],
     output: Annotated[Path | None, output_option("The picture: .png, .svg, .pdf.")] = None,
     x: Annotated[
         str,
-        typer.Option(
+        Option(
             "--x",
             metavar="VAR",
             help="What lies along x.",

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, with_settings
 from planarc.cli.files import csv_destination, save
+from planarc.cli.line import Option
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import Redundant
 from planarc.core.prose import counted
@@ -21,7 +20,7 @@ def sensitivity(
     class_name: arg.ClassName = None,
     parameter: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="NAME",
             help="A parameter. Repeatable.",
             autocompletion=arg.offers("parameters"),
@@ -29,7 +28,7 @@ def sensitivity(
     ] = None,
     variable: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="NAME",
             help="A variable. Repeatable; by default those that may be states.",
             autocompletion=arg.offers("variables"),

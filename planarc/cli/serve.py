@@ -6,11 +6,10 @@ import gc
 import sys
 from typing import Annotated
 
-import typer
-
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.exits import Exit
+from planarc.cli.line import Option
 from planarc.core.options import Redundant
 
 #: Python's own thresholds of the search for cycles, which commands that end soon raise.
@@ -22,12 +21,12 @@ def serve(
     class_name: arg.ClassName = None,
     port: Annotated[
         int,
-        typer.Option(
+        Option(
             min=0, max=65535, metavar="PORT", help="Port to listen on; 0 takes any that is free."
         ),
     ] = 0,
     no_open: Annotated[
-        bool, typer.Option("--no-open", help="Print the address, but open no browser.")
+        bool, Option("--no-open", help="Print the address, but open no browser.")
     ] = False,
     library: arg.Libraries = None,
     redundant: arg.RedundantJoints = Redundant.REFUSE,

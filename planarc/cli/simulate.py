@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from planarc.cli import arguments as arg
+from planarc.cli.line import Option
 from planarc.cli.settings import read_settings
 from planarc.core.diagnostic import usage_error
 from planarc.core.options import FIXED_STEP, Backend, Contacts, Redundant, RunOptions, Solver
@@ -25,32 +24,30 @@ def simulate(
         float | None, arg.time_option(help="Seconds from one row of the result to the next.")
     ] = None,
     intervals: Annotated[
-        int | None, typer.Option(help="Number of intervals, instead of their length.")
+        int | None, Option(help="Number of intervals, instead of their length.")
     ] = None,
     tolerance: arg.Tolerance = None,
-    solver: Annotated[Solver, typer.Option(help="The integrator.")] = Solver.AUTO,
+    solver: Annotated[Solver, Option(help="The integrator.")] = Solver.AUTO,
     fixed_step: Annotated[
         float | None,
         arg.time_option(help=_FIXED_STEP),
     ] = None,
     contact: Annotated[
         Contacts | None,
-        typer.Option(
+        Option(
             help="What rigid contacts do is found at events, or step by step, for very many of "
             "them: by default where the model has a crowd."
         ),
     ] = None,
     backend: Annotated[
         Backend | None,
-        typer.Option(
-            help="How equations are run: by default native code, where llvmlite is installed."
-        ),
+        Option(help="How equations are run: by default native code, where llvmlite is installed."),
     ] = None,
     redundant: arg.RedundantJoints = Redundant.REFUSE,
     settings: arg.Settings = None,
     start_from: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--start-from",
             metavar="PLACE",
             help="Start at the `equilibrium`, at `assembly 2` as `planarc assemble` counts, or at "
@@ -60,17 +57,17 @@ def simulate(
     library: arg.Libraries = None,
     output: Annotated[Path | None, arg.output_option("Result file, .csv or .mat.")] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Page with motion and curves, .html.")
+        Path | None, Option(metavar="FILE", help="Page with motion and curves, .html.")
     ] = None,
-    no_output: Annotated[bool, typer.Option("--no-output", help="Write no result file.")] = False,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Write no page.")] = False,
+    no_output: Annotated[bool, Option("--no-output", help="Write no result file.")] = False,
+    no_report: Annotated[bool, Option("--no-report", help="Write no page.")] = False,
     variables: arg.Pattern = None,
     units: Annotated[
-        bool, typer.Option("--units", help="Write units behind the names in a .csv file.")
+        bool, Option("--units", help="Write units behind the names in a .csv file.")
     ] = False,
     assembly: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--assembly",
             help="Do not run: list all ways to put the mechanism together, as start values.",
         ),

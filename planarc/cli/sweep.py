@@ -7,13 +7,12 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from planarc.cli import arguments as arg
 from planarc.cli import console
 from planarc.cli.analysis import number, open_model, say_json, say_table, split_pair, with_settings
 from planarc.cli.exits import Exit
 from planarc.cli.files import csv_destination, report_destination, save
+from planarc.cli.line import Option
 from planarc.cli.progress import is_seen
 from planarc.cli.settings import Given, read_values
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
@@ -33,7 +32,7 @@ def sweep(
     class_name: arg.ClassName = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="NAME=VALUES",
             help="0.5,0.6 or 0.5:0.9:5 (from, to, how many), or 5cm:9cm:5; with a sample 0.5:0.9. "
             "Repeatable.",
@@ -42,30 +41,30 @@ def sweep(
     ] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="METRIC",
             help="A variable (at the end), or max(x), min, mean, rms, range, maxabs of it. "
             "Repeatable.",
             autocompletion=arg.offers("metrics"),
         ),
     ] = None,
-    random: Annotated[int | None, typer.Option(help="So many random points.")] = None,
-    latin: Annotated[int | None, typer.Option(help="So many points of a Latin hypercube.")] = None,
-    seed: Annotated[int, typer.Option(help="Of the random points.")] = 0,
+    random: Annotated[int | None, Option(help="So many random points.")] = None,
+    latin: Annotated[int | None, Option(help="So many points of a Latin hypercube.")] = None,
+    seed: Annotated[int, Option(help="Of the random points.")] = 0,
     stop: arg.Stop = None,
     intervals: arg.Intervals = None,
     tolerance: arg.Tolerance = None,
     settings: arg.Settings = None,
-    workers: Annotated[int | None, typer.Option(help="Processes, by default one a core.")] = None,
-    limit: Annotated[float, typer.Option(help="Seconds that one run may take.")] = 60.0,
+    workers: Annotated[int | None, Option(help="Processes, by default one a core.")] = None,
+    limit: Annotated[float, Option(help="Seconds that one run may take.")] = 60.0,
     journal: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Notes every point; with it a study is taken up again."),
+        Option(metavar="FILE", help="Notes every point; with it a study is taken up again."),
     ] = None,
     output: Annotated[Path | None, arg.output_option("The table, .csv.")] = None,
     report: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="A page with some of the runs side by side, .html."),
+        Option(metavar="FILE", help="A page with some of the runs side by side, .html."),
     ] = None,
     library: arg.Libraries = None,
     redundant: arg.RedundantJoints = Redundant.REFUSE,

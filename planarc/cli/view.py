@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
+from planarc.cli.line import Argument, Option
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 
@@ -25,26 +24,26 @@ if TYPE_CHECKING:
 def view(
     result: Annotated[
         list[Path],
-        typer.Argument(
+        Argument(
             metavar="RESULT...",
             help="A result, .csv or .mat, also of another tool; others are laid beside the first.",
         ),
     ],
     model: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--model", metavar="FILE|CLASS", help="The model that made it: it says what is drawn."
         ),
     ] = None,
     class_name: Annotated[
-        str | None, typer.Option("--class", metavar="CLASS", help="The class of the model's FILE.")
+        str | None, Option("--class", metavar="CLASS", help="The class of the model's FILE.")
     ] = None,
     output: Annotated[Path | None, output_option("The page, .html.")] = None,
     curves: Annotated[
         list[str] | None,
-        typer.Option("--curve", metavar="VAR", help="Show this curve. Repeatable."),
+        Option("--curve", metavar="VAR", help="Show this curve. Repeatable."),
     ] = None,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")] = False,
+    no_open: Annotated[bool, Option("--no-open", help="Do not open a browser.")] = False,
     library: Libraries = None,
 ) -> int:
     """Show results as a page: motion, curves, energy.

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from planarc.cli import check, console
-from planarc.cli.app import COMMANDS, run
+from planarc.cli.app import run
+from planarc.cli.commands import COMMANDS
 
 HEAVY = ("numpy", "scipy", "sympy", "matplotlib", "llvmlite", "lark", "rich", "sksundae")
 
@@ -113,7 +114,7 @@ def test_check_imports_no_numerics(tmp_path: Path) -> None:
         "model Decay Real x(start=1); equation der(x) = -x; end Decay;", "utf-8"
     )
     found = modules_after("check", "decay.pmo", folder=tmp_path)
-    assert not found & {"numpy", "scipy", "sympy", "matplotlib", "llvmlite", "sksundae"}
+    assert not found & {"numpy", "scipy", "sympy", "matplotlib", "llvmlite", "sksundae", "typer"}
 
 
 def test_check_of_a_mechanism_imports_no_scipy_and_no_sympy() -> None:

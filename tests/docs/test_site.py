@@ -13,8 +13,8 @@ from urllib.parse import unquote, urldefrag
 import planarc
 from planarc.catalog.explanations import Code
 from planarc.catalog.handbook.gather import gather
-from planarc.cli.app import COMMANDS
 from planarc.cli.arguments import open_classes
+from planarc.cli.commands import COMMANDS
 from planarc_docs.library import LIBRARIES, has_own_page
 
 ROOT = Path(__file__).parents[2]

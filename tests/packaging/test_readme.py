@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from planarc.cli.app import COMMANDS, run
+from planarc.cli.app import run
+from planarc.cli.commands import COMMANDS
 from planarc.cli.exits import Exit
 
 ROOT = Path(__file__).parents[2]

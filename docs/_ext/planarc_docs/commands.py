@@ -7,7 +7,8 @@ from typing import Any
 
 from typer.main import get_command
 
-from planarc.cli.app import COMMANDS, make_app
+from planarc.cli.advice import make_app
+from planarc.cli.commands import COMMANDS
 from planarc_docs.written import code, fence, prose, table
 
 
