@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
 _STEPS = 15  # of Newton's method
 _CLOSED = 1e-9  # a step that closes a loop well enough
+_INDEPENDENT = 1e-6  # least size of what a condition adds to those before it, beside the largest
 
 
 class Samples:
@@ -125,5 +126,15 @@ def _least(r: Values, jacobian: Values) -> Values:
     for i in range(k):
         if np.isfinite(jacobian[i]).all() and np.isfinite(r[i]).all():
             with suppress(np.linalg.LinAlgError):
-                steps[i] = np.linalg.lstsq(jacobian[i], r[i], rcond=1e-9)[0]
+                steps[i] = _shortest(jacobian[i], r[i])
     return steps
+
+
+def _shortest(jacobian: Values, r: Values) -> Values:
+    """The shortest x with `jacobian @ x` = r, or nearest to r. Where the conditions are independent
+    a QR decomposition has it, at a tenth of what singular values cost."""
+    across, triangle = np.linalg.qr(jacobian.T)
+    sizes = np.abs(np.diagonal(triangle))
+    if len(r) <= jacobian.shape[1] and sizes.min() > _INDEPENDENT * sizes.max():
+        return np.asarray(across @ np.linalg.solve(triangle.T, r))
+    return np.asarray(np.linalg.lstsq(jacobian, r, rcond=1e-9)[0])

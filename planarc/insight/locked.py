@@ -27,7 +27,7 @@ from planarc.insight.misfit import find_loop
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
-from planarc.ir.mechanism import GROUND, Joint, Mechanism
+from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_names, own_part, owner
 from planarc.ir.sorted import Assignment, Block, Residual, SortedDae, Step, computed
 
@@ -53,8 +53,9 @@ def find_held(model: SortedDae) -> Locked | None:
 
 def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning about a bar with two joints of a loop at one end, and nothing at the other."""
-    joints = {joint.name: joint for joint in mechanism.joints}
+    joints = {joint.name for joint in mechanism.joints}
     joined: dict[str, list[tuple[str, list[str]]]] = {}  # part -> its frame, what is joined to it
+    pins = _pins(dae, mechanism)
     for names in dae.connections:
         for name in names:
             others = [owner(n) for n in names if _top(n) != _top(name)]
@@ -66,7 +67,7 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             if part in joints or len(frames) != 2 or len(ends) != 1:
                 continue
             ((end, others),) = ends
-            at_end = [n for n in dict.fromkeys(others) if n in joints and _is_pin(dae, joints[n])]
+            at_end = [n for n in dict.fromkeys(others) if n in pins]
             found = next((p for p in combinations(at_end, 2) if _in_one_loop(mechanism, p)), None)
             if found is not None:
                 return _doubled(dae, part, end, next(f for f in frames if f != end), found)
@@ -77,14 +78,17 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning about a slide in a loop of moving parts whose joints leave no motion among them:
     mostly both its ends are on one part. Loops through the ground may be supports, and those of
     pins alone may be trusses."""
+    pins = _pins(dae, mechanism)
     for joint in mechanism.joints:
+        if joint.conditions != _PAIR or joint.name in pins:
+            continue
         loop = find_loop(mechanism, joint)
         part = own_part(dae, joint.name)
-        if loop is None or part is None or joint.conditions != _PAIR or _is_pin(dae, joint):
+        if loop is None or part is None:
             continue
         links = {i for other in loop for i in other.links}
         free = sum(mechanism.links[i].free for i in links) - _PLANE
-        if GROUND in links or not any(_is_pin(dae, other) for other in loop):
+        if GROUND in links or not any(other.name in pins for other in loop):
             continue
         if sum(other.conditions for other in loop) < free:
             continue
@@ -109,16 +113,17 @@ def _top(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _is_pin(dae: Dae, joint: Joint) -> bool:
-    """Whether a joint holds two frames at one point: with a slide at its end a bar has a length."""
-    points = {f"{frame}.r[1]" for frame in joint.frames}
-    return any(
-        e.component == joint.name
+def _pins(dae: Dae, mechanism: Mechanism) -> set[str]:
+    """The joints that hold two frames at one point: with a slide at its end a bar has a length."""
+    points = {j.name: {f"{frame}.r[1]" for frame in j.frames} for j in mechanism.joints}
+    return {
+        e.component
+        for e in dae.equations
+        if e.component in points
         and e.left.is_symbol
         and e.right.is_symbol
-        and {e.left.name, e.right.name} == points
-        for e in dae.equations
-    )
+        and {e.left.name, e.right.name} == points[e.component]
+    }
 
 
 def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:

@@ -142,17 +142,26 @@ def find_loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
     if len(closing.links) != 2:
         return None
     start, goal = closing.links
-    ways: dict[int, tuple[Joint, ...]] = {start: (closing,)}
+    beside: list[list[Joint]] = [[] for _ in mechanism.links]
+    for joint in mechanism.joints:
+        if joint is not closing and len(joint.links) == 2:
+            for link in joint.links:
+                beside[link].append(joint)
+    back: dict[int, Joint] = {start: closing}  # the joint by which a link was reached
     queue = [start]
     for link in queue:
-        for joint in mechanism.joints:
-            if joint is closing or len(joint.links) != 2 or link not in joint.links:
-                continue
+        for joint in beside[link]:
             other = sum(joint.links) - link
-            if other not in ways:
-                ways[other] = (*ways[link], joint)
+            if other not in back:
+                back[other] = joint
                 queue.append(other)
-    return ways.get(goal)
+    if goal not in back:
+        return None
+    found = []
+    while goal != start:
+        found.append(back[goal])
+        goal = sum(back[goal].links) - goal
+    return closing, *reversed(found)
 
 
 def _together(dae: Dae) -> tuple[str, ...]:
