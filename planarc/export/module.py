@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -31,7 +31,7 @@ from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.block import block_functions
+from planarc.export.instance.block import LARGER, block_functions
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
@@ -47,8 +47,18 @@ from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
 from planarc.export.instance.uneventful import uneventful_functions
-from planarc.export.plan import Own, Phase, Plan, Stale, is_eventful, make_plan, rules, starts_anew
-from planarc.export.pruned import calls_in, prune
+from planarc.export.plan import (
+    Own,
+    Phase,
+    Plan,
+    Stale,
+    Table,
+    is_eventful,
+    make_plan,
+    rules,
+    starts_anew,
+)
+from planarc.export.pruned import calls_in, numbers_of, prune, without
 from planarc.export.text import text_constant
 from planarc.export.touches import jams, touch_functions
 from planarc.export.tunable import tunable_parameters
@@ -98,6 +108,13 @@ _TIGHT, _INSTANCE = (
     "minsize optsize ",
     re.compile(r"^(define [^@]*@px_\w+\([^)]*\)) nounwind", re.M),
 )
+#: What other processors have an instruction for.
+_MAXIMUM = "llvm.maximum.f64"
+#: Passes of LLVM over code that all models share; they take out, too, what a model has no use for.
+_PASSES = (
+    *("sroa", "simplify_cfg", "instruction_combine", "simplify_cfg"),
+    *("ipsccp", "dead_arg_elimination", "global_dead_code_eliminate", "simplify_cfg"),
+)
 #: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
 _SMALL = 'noinline minsize optsize "no-jump-tables"="true" '
 #: What the functions that all models share call of a model's own, and its tables.
@@ -117,6 +134,7 @@ declare void @px_samples(ptr, ptr)
 declare i32 @pc_discrete(ptr, double)
 declare double @pow(double, double)
 declare double @llvm.ceil.f64(double)
+declare double @llvm.maximum.f64(double, double)
 declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
 @pc_tape_all = external constant [0 x i64]
@@ -152,22 +170,27 @@ def write_texts(
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
     """Their objects; those of shared texts are kept."""
     shared, others = texts[:SHARED], texts[SHARED:]
+    numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
+    called = {n for text in texts[1:] for n in calls_in(text)}
     return (
-        *(_kept(text, triple) for text in shared),
-        *(_compiled(text, triple, False) for text in others),
+        *(_kept(without(text, "px_plan", numbers), triple, called) for text in shared),
+        *(_compiled(text, triple) for text in others),
     )
 
 
-def _kept(text: str, triple: str) -> bytes:
-    name = store.key("exported", version("llvmlite"), triple, text)
+def _kept(text: str, triple: str, called: Set[str]) -> bytes:
+    called = called & calls_in(text)
+    name = store.key("exported", version("llvmlite"), triple, *sorted(called), text)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(text, triple, True)
+        known = _compiled(text, triple, _PASSES, called)
         store.store("native", name, known)
     return known
 
 
-def _compiled(text: str, triple: str, tidied: bool) -> bytes:
+def _compiled(
+    text: str, triple: str, passes: Sequence[str] = (), called: Set[str] | None = None
+) -> bytes:
     import llvmlite.binding as llvm
 
     llvm.initialize_all_targets()
@@ -177,7 +200,9 @@ def _compiled(text: str, triple: str, tidied: bool) -> bytes:
         opt=1, reloc="static" if fixed else "pic", codemodel="small"
     )
     text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
-    return emit_object(text, machine, ("pc_", "px_"), tidied)
+    if not triple.startswith("x86"):
+        text = text.replace(f"call double @{LARGER}(", f"call double @{_MAXIMUM}(")
+    return emit_object(text, machine, ("pc_", "px_"), passes, called)
 
 
 def _shared(program: Program, entries: Entries, derivatives: bool) -> str:

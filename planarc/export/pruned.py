@@ -1,18 +1,24 @@
-"""What nothing calls is left out of an exported model.
+"""What a model does not need is left out when it is exported.
 
 In:   text of LLVM, names that are called from elsewhere
 Out:  the text with the functions alone that these reach
 
-Code that all models share serves those with loops, events and contacts; most need some of it.
+Code that all models share serves those with loops, events and contacts; most need some of it. What
+a model has none of (`without`) is a 0 in its table: told as a constant, LLVM leaves out what is
+done about it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 _FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\(.*?^}\n?", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"@(\w+)")
+_LOADED = (
+    r"(%\w+) = getelementptr inbounds i64, ptr @{}, i64 (\d+)\n"
+    r"\s*(%\w+) = load i64, ptr \1, align 8$"
+)
 
 
 def prune(text: str, wanted: Iterable[str]) -> str:
@@ -30,3 +36,19 @@ def prune(text: str, wanted: Iterable[str]) -> str:
 def calls_in(text: str) -> set[str]:
     """The functions that those of a text call."""
     return {name for f in _FUNCTION.finditer(text) for name in _NAME.findall(f[0])}
+
+
+def without(text: str, table: str, numbers: Sequence[int]) -> str:
+    """The text, where a `table` of these numbers tells what there is none of."""
+
+    def told(found: re.Match[str]) -> str:
+        return found[0] if numbers[int(found[2])] else f"{found[3]} = add i64 0, 0"
+
+    return re.sub(_LOADED.format(table), told, text, flags=re.MULTILINE)
+
+
+def numbers_of(text: str, table: str) -> list[int]:
+    """The numbers of a table."""
+    found = re.search(rf"^@{table} = .*\[(.*)\]$", text, re.MULTILINE)
+    assert found is not None, f"no table `{table}`"
+    return [int(n) for n in re.findall(r"i64 (-?\d+)", found[1])]

@@ -16,7 +16,7 @@ row or less is always made in that way: 9 of 26 ms less for a four-bar, of equal
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 LARGEST_OPTIMISED = 3000
 #: The functions that run once a row or less.
 _SELDOM = re.compile(r"^(define i32 @pc_(?:parameters|rest|initial)\([^)]*\))", re.MULTILINE)
-_PASSES = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
+_TIDIED = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
 def compile_object(program: Program) -> bytes:
@@ -55,14 +55,14 @@ def _joined(runtime: bytes, text: str) -> bytes:
     """A model whose values or comments alone were changed has the text that it had."""
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
     text = _SELDOM.sub(r"\1 noinline optnone", text)
-    code = _kept((str(level), text), lambda: _compiled(text, level, tidied=False))
+    code = _kept((str(level), text), lambda: _compiled(text, level))
     return len(runtime).to_bytes(8, "little") + runtime + code
 
 
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models."""
-    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, tidied=True))
+    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, _TIDIED))
 
 
 @cache
@@ -70,7 +70,7 @@ def _passing() -> bytes:
     """The functions that pass derivatives on, likewise."""
     from planarc.codegen.native.passing import passing_text
 
-    return _kept(("passing",), lambda: _compiled(passing_text(), 1, tidied=True))
+    return _kept(("passing",), lambda: _compiled(passing_text(), 1, _TIDIED))
 
 
 def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
@@ -84,26 +84,36 @@ def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
     return known
 
 
-def _compiled(text: str, level: int, tidied: bool) -> bytes:
+def _compiled(text: str, level: int, passes: Sequence[str] = ()) -> bytes:
     machine = target_machine(level)
-    return emit_object(text, machine, hidden=("pc_",) if PLACES else (), tidied=tidied)
+    return emit_object(text, machine, ("pc_",) if PLACES else (), passes)
 
 
-def emit_object(text: str, machine: Any, hidden: tuple[str, ...], tidied: bool) -> bytes:
-    """The text's object code. Names that begin in a `hidden` way are known to what is linked
-    with it alone, which needs no table to find them."""
+def emit_object(
+    text: str,
+    machine: Any,
+    hidden: tuple[str, ...],
+    passes: Sequence[str] = (),
+    called: Container[str] | None = None,
+) -> bytes:
+    """The text's object code, after passes of LLVM. Names that begin in a `hidden` way are known to
+    what is linked with it alone, which needs no table to find them; where it is told which of them
+    are `called` from there, the others may go."""
     import llvmlite.binding as llvm
 
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     for each in (*module.functions, *module.global_variables):
         if each.name.startswith(hidden) and each.linkage.name == "external":
-            each.visibility = "hidden"
+            if called is None or each.name in called or each.is_declaration:
+                each.visibility = "hidden"
+            else:
+                each.linkage = "internal"
     module.verify()
-    if tidied:
+    if passes:
         builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
         manager = llvm.create_new_module_pass_manager()
-        for name in _PASSES:
+        for name in passes:
             getattr(manager, f"add_{name}_pass")()
         manager.run(module, builder)
     return bytes(machine.emit_object(module))

@@ -36,7 +36,7 @@ from planarc.export.c.rows import declare
 from planarc.export.c.statements import Naming
 from planarc.export.c.texts import API, COUNT, HEADER, INNER, MAIN, WRITTEN
 from planarc.export.image import take_image
-from planarc.export.instance.block import OTHER
+from planarc.export.instance.block import LARGER, OTHER
 from planarc.export.plan import Own, Table
 from planarc.export.refusal import refuse
 from planarc.export.wishes import derivatives, restricted, tolerance_of
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 _MIXED = "px_image"
 _PURE = {row.in_native for row in elementary.TABLE.values() if row.in_native} | {
     "pow", "llvm.fabs.f64", "llvm.sqrt.f64", "llvm.trunc.f64", "llvm.ceil.f64", "llvm.floor.f64",
-    "llvm.ctpop.i64",
+    "llvm.ctpop.i64", LARGER,
 }  # fmt: skip
 _ROW = 96
 _HEAD = 4096  # characters in which the mark stands

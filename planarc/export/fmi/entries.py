@@ -19,6 +19,7 @@ from planarc.export.instance.block import (
     BYTE,
     constant,
     is_null,
+    larger,
     load_narrow,
     load_signed,
     plan,
@@ -401,7 +402,7 @@ class Entries:
         """A step of co-simulation."""
         w, _, _, _ = open_frame(m)
         now = w.load(REAL)
-        near = c.absolute(now - t) <= c.largest(c.absolute(t), c.constant(1.0, REAL)) * 1e-9
+        near = c.absolute(now - t) <= larger(c, c.absolute(t), c.constant(1.0, REAL)) * 1e-9
         with c.when(~near, leaves=True):
             self.fail(c, m, "the step does not begin where the last one ended")
         end = t + h

@@ -32,14 +32,15 @@ from planarc.export.plan import (
 from planarc.ir.frame import Frame, Number
 
 BYTE, WORD = "i8", "i32"
+LARGER = "px_larger"
 #: More than 8 times as many slots as any model has.
 OTHER = 1 << 24
 
 
 def block_functions(delayed: bool) -> tuple[str, ...]:
     """The texts of all of them. `delayed`: the model has a past."""
-    return (_copy(), _new(), _reset(delayed), _save(), _load(delayed), _refresh(), _place(),
-            _set())  # fmt: skip
+    return (_larger(), _copy(), _new(), _reset(delayed), _save(), _load(delayed), _refresh(),
+            _place(), _set())  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
@@ -80,8 +81,21 @@ def own(reference: Value) -> Value:
     return reference - reference / OTHER * OTHER
 
 
+def larger(c: Code, a: Value, b: Value | float) -> Value:
+    """The larger one; not a number when one is none. A function, since some processors need ten
+    instructions for it."""
+    return c.call(REAL, LARGER, a, c.constant(b, REAL))
+
+
 def is_null(c: Code, pointer: Value) -> Value:
     return c.emit("i1", f"icmp eq ptr {pointer.text}, null")
+
+
+@function(f"double {LARGER}(double a, double b)")
+def _larger(c: Code, a: Value, b: Value) -> None:
+    with c.when((a > b) | a.is_nan(), leaves=True):
+        c.give(a)
+    c.give(b)
 
 
 @function("void px_copy(ptr to, ptr from, i64 count)")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.relations import attempt, numbers_of
 from planarc.export.instance.steps import BEGIN, vector
 from planarc.export.plan import Own, Relation, Stale
@@ -63,9 +63,9 @@ def _locate(c: Code, m: Value, t: Value, most: Value) -> None:
     m.store(whole(c, 1), Own.CROSSED)
     low, high = c.variable(0.0), c.variable(most)
     c.call(FLAG, "pc_roots", m, t, vector(c, m, BEGIN), zeros)
-    first = c.variable(c.largest(c.call(REAL, "px_crossed", m, zeros), 1e-300))
+    first = c.variable(larger(c, c.call(REAL, "px_crossed", m, zeros), 1e-300))
     side, done = c.variable(0, INT), c.variable(0, INT)
-    least = c.largest(c.absolute(t), c.absolute(t + most)) * _EXACT
+    least = larger(c, c.absolute(t), c.absolute(t + most)) * _EXACT
     with c.loop(_TRIALS) as k, c.when(done.get().equals(0)):
         width = high.get() - low.get()
         with c.when(width <= least):

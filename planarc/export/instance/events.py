@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, hold, plan, whole
+from planarc.export.instance.block import constant, hold, larger, plan, whole
 from planarc.export.instance.instants import due, samples, switches, tick
 from planarc.export.instance.relations import (
     attempt,
@@ -211,7 +211,7 @@ def _crossing(c: Code, m: Value, t: Value) -> None:
             ahead = c.select(truth(c, m, i), rise, -rise)
             touch = told(c, i, Row.TOUCH).equals(1)
             quiet = c.select(touch, c.constant(0.0, REAL), c.call(REAL, "px_quiet", m))
-            moves = ahead > c.largest(largest.load(REAL, i) * NEAR, quiet)
+            moves = ahead > larger(c, largest.load(REAL, i) * NEAR, quiet)
             with c.when(told(c, i, Row.TIMED).equals(0) & beside & moves):
                 crossing.store(whole(c, 1), i)
                 found.set(whole(c, 1))

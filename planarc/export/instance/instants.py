@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import plan
+from planarc.export.instance.block import larger, plan
 from planarc.export.instance.relations import differs, numbers_of, room, told, truth
 from planarc.export.plan import Own, Relation, Row, Sample, Table
 
@@ -30,7 +30,7 @@ def samples(c: Code, m: Value, which: Sample) -> Value:
 
 def due(c: Code, t: Value) -> Value:
     """The latest instant that is treated at a time."""
-    return t + c.largest(c.largest(c.absolute(t), c.constant(1.0, REAL)) * DUE, room(c, t))
+    return t + larger(c, larger(c, c.absolute(t), c.constant(1.0, REAL)) * DUE, room(c, t))
 
 
 def tick(c: Code, m: Value, k: Value) -> Value:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, plan, whole
+from planarc.export.instance.block import constant, larger, plan, whole
 from planarc.export.plan import Own, Relation, Row, Table
 from planarc.solve.events.crossings import NOISE, QUIET
 from planarc.solve.events.instants import DIGITS
@@ -72,7 +72,7 @@ def word(c: Code, bit: Value) -> Value:
 
 def room(c: Code, t: Value) -> Value:
     """How far two instants may be apart that are one."""
-    return c.largest(c.absolute(t) * (DIGITS * _EPSILON), 1e-14)
+    return larger(c, c.absolute(t) * (DIGITS * _EPSILON), 1e-14)
 
 
 def attempt(c: Code, function: str, *arguments: Value) -> None:
@@ -128,7 +128,7 @@ def _passed(c: Code, m: Value, t: Value) -> None:
         size = c.absolute(g)
         largest.store(c.select(size > seen, size, seen), i)
         with c.when(c.select(truth(c, m, i), -g, g) > width.load(REAL, i)):
-            width.store(c.largest(largest.load(REAL, i) * NOISE, LEAST), i)
+            width.store(larger(c, largest.load(REAL, i) * NOISE, LEAST), i)
     c.give()
 
 
@@ -139,7 +139,7 @@ def _rises(c: Code, m: Value, t: Value, bent: Value) -> None:
     slope = m.load(POINTER, Own.STAGES)
     later, last = slope.at(n), slope.at(n * 2)
     now, rises = (numbers_of(c, m, k) for k in (Relation.NOW, Relation.RISES))
-    ahead = c.largest(room(c, t) * 4.0, m.load(REAL, Own.AHEAD))
+    ahead = larger(c, room(c, t) * 4.0, m.load(REAL, Own.AHEAD))
     m.store(whole(c, 0), Own.EXACT)
     attempt(c, "pc_rhs", m, t, y, slope)
     attempt(c, "px_zeros", m, t)
@@ -186,7 +186,7 @@ def _widen(c: Code, m: Value, t: Value) -> None:
             rises.store(1e300, i)
     with c.loop(count) as i:
         g = now.load(REAL, i)
-        far = c.variable(c.largest(largest.load(REAL, i) * NOISE, LEAST))
+        far = c.variable(larger(c, largest.load(REAL, i) * NOISE, LEAST))
         beyond = c.select(truth(c, m, i), g, -g)
         with c.when(beyond > 0.0):
             far.set(far.get() + beyond * MORE)
@@ -195,6 +195,6 @@ def _widen(c: Code, m: Value, t: Value) -> None:
         least = c.select(touch, c.constant(QUIET, REAL), quiet)
         stands = (c.absolute(rises.load(REAL, i)) <= least * STILL) & (c.absolute(g) <= least)
         with c.when(stands):
-            far.set(c.largest(far.get(), least * STILL))
+            far.set(larger(c, far.get(), least * STILL))
         width.store(far.get(), i)
     c.give(0)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, plan, whole
+from planarc.export.instance.block import constant, larger, plan, whole
 from planarc.export.instance.relations import (
     attempt,
     differs,
@@ -199,7 +199,7 @@ def _agrees(c: Code, m: Value, t: Value, near: Value) -> None:
         with c.when(c.call(INT, "px_same", m, whole(c, 0), whole(c, 1)).equals(1), leaves=True):
             with c.loop(plan(c, Table.RELATIONS)) as i:  # as good as zero: keep the truth
                 size = c.absolute(now.load(REAL, i))
-                small = size <= near * c.largest(largest.load(REAL, i), c.constant(1.0, REAL))
+                small = size <= near * larger(c, largest.load(REAL, i), c.constant(1.0, REAL))
                 with c.when(small & told(c, i, Row.OF_TIME).equals(0)):
                     held.store(whole(c, 1), i)
                     at.store(now.load(REAL, i), i)
@@ -256,7 +256,7 @@ def _turn(c: Code, m: Value, t: Value) -> None:
 
     def near(i: Value) -> Value:
         size = c.absolute(now.load(REAL, i))
-        return (turned.load(INT, i) < 2) & (size <= c.largest(rest(i), NOISE))
+        return (turned.load(INT, i) < 2) & (size <= larger(c, rest(i), NOISE))
 
     with c.loop(count) as i, c.when(near(i)):
         some.set(whole(c, 1))
@@ -285,13 +285,13 @@ def _turn(c: Code, m: Value, t: Value) -> None:
     changed = c.variable(c.constant(0, FLAG), FLAG)
     with c.loop(count) as i, c.when(near(i)):
         size, rise = c.absolute(now.load(REAL, i)), rises.load(REAL, i)
-        soon = c.largest(rest(i), c.absolute(rise) * SOON)
+        soon = larger(c, rest(i), c.absolute(rise) * SOON)
         other = differs(c, rise < 0.0, truth(c, m, i))
         with c.when((size <= soon) & (c.absolute(rise) > least(i)) & other):
             set_truth(c, m, i, rise < 0.0)
             held.store(whole(c, 1), i)
             at.store(now.load(REAL, i), i)
-            bound.store(c.largest(rest(i), size), i)
+            bound.store(larger(c, rest(i), size), i)
             turned.store(turned.load(INT, i) + 1, i)
             changed.set(c.constant(1, FLAG))
     c.give(changed.get())

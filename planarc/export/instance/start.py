@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, hold, is_null, plan, whole
+from planarc.export.instance.block import constant, hold, is_null, larger, plan, whole
 from planarc.export.instance.events import SETTLED
 from planarc.export.instance.relations import attempt
 from planarc.export.plan import PARAMETER, Own, Stale, Table
@@ -188,16 +188,16 @@ def _solve(c: Code, m: Value, memory: Value) -> None:
             size = c.variable(0.0)
             with c.loop(moved) as j:
                 slope = c.absolute(memory.load(REAL, (j + 1) * width + i))
-                size.set(c.largest(size.get(), slope))
-            limit = c.largest(size.get(), c.constant(1e-3, REAL)) * SMALL
+                size.set(larger(c, size.get(), slope))
+            limit = larger(c, size.get(), c.constant(1e-3, REAL)) * SMALL
             with c.when(~(c.absolute(memory.load(REAL, i)) <= limit)):
                 small.set(whole(c, 0))
-            sizes.store(c.largest(size.get(), c.constant(1.0, REAL)), i)
+            sizes.store(larger(c, size.get(), c.constant(1.0, REAL)), i)
         flag = c.call(FLAG, "px_step", memory, sizes, step)
         with c.when(~flag.equals(0), leaves=True):
             c.give(c.select(small.get().equals(1), c.constant(0, FLAG), c.constant(1, FLAG)))
         with c.loop(moved) as j:
-            longest.set(c.largest(longest.get(), c.absolute(step.load(REAL, j))))
+            longest.set(larger(c, longest.get(), c.absolute(step.load(REAL, j))))
             before.store(w.load(REAL, candidates.load(INT, j)), j)
         part = c.variable(c.select(longest.get() > LONGEST, LONGEST / longest.get(), 1.0))
         norm = _norm(c, memory, sizes, width)

@@ -34,7 +34,7 @@ from planarc.codegen.native.assembly import (
     function,
 )
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import BYTE, hold, is_null, load_narrow, plan, whole
+from planarc.export.instance.block import BYTE, hold, is_null, larger, load_narrow, plan, whole
 from planarc.export.instance.instants import due
 from planarc.export.instance.relations import attempt
 from planarc.export.plan import Own, Phase, Stale, Table
@@ -127,9 +127,9 @@ def _error(c: Code, m: Value, h: Value) -> None:
         total = c.variable(0.0)
         for k, weight in enumerate(_ERROR):
             total.set(total.get() + slopes.load(REAL, n * k + i) * weight)
-        size = c.largest(c.absolute(begin.load(REAL, i)), c.absolute(trial.load(REAL, i)))
+        size = larger(c, c.absolute(begin.load(REAL, i)), c.absolute(trial.load(REAL, i)))
         allowed = tolerance * (size + nominal_of(c, m, i))
-        worst.set(c.largest(c.absolute(total.get() * h) / allowed, worst.get()))
+        worst.set(larger(c, c.absolute(total.get() * h) / allowed, worst.get()))
     c.give(worst.get(), REAL)
 
 
@@ -212,7 +212,7 @@ def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     step = c.variable(m.load(REAL, Own.STEP))
     with c.when(~(step.get() > 0.0)):
         step.set(c.constant(_FIRST, REAL))
-    least = c.largest(c.absolute(t), c.constant(1.0, REAL)) * _NONE
+    least = larger(c, c.absolute(t), c.constant(1.0, REAL)) * _NONE
     watched, longest = plan(c, Table.INDICATORS) > 0, m.load(REAL, Own.AHEAD) * _LONGEST
     # Loops are closed from the end of the last step, wherever within this one the host looks.
     bounded = watched | (plan(c, Table.NONLINEAR) > 0)
@@ -230,7 +230,7 @@ def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     accepted, refused = c.label(), c.label()
     c.branch(ratio.get() <= 1.0, accepted, refused)
     c.begin(refused)
-    smaller = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL))
+    smaller = c.call(REAL, "pow", larger(c, ratio.get(), 1e-300), c.constant(-0.2, REAL))
     part = smaller * _SAFETY
     part = c.select((part > _FAILED) & (ratio.get() < 1e300), part, _FAILED)
     step.set(h * part)
@@ -250,7 +250,7 @@ def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     m.store(whole(c, 1), Own.EXACT)
     if delayed:
         _leave_behind(c, m, t, length.get(), step, least, again)
-    more = c.call(REAL, "pow", c.largest(ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
+    more = c.call(REAL, "pow", larger(c, ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
     more = c.select(more < _MOST, more, _MOST)
     more = c.select(more > _LEAST, more, _LEAST)
     with c.when((~cut) & ((~whole_way) | (h * more > step.get()))):
@@ -360,7 +360,7 @@ def _advance(c: Code, m: Value, last: Value, delayed: bool) -> None:
     most = c.select(following < most, following, most)
     now = m.load(REAL, Own.REACH)
     c.leave((now >= most) & (now < end), again)  # another instant, within rounding
-    most = c.largest(most, now)  # a host that is there already is given a step of no length
+    most = larger(c, most, now)  # a host that is there already is given a step of no length
     flag.set(c.call(FLAG, "px_try", m, most))
     c.leave(~flag.get().equals(0), failed)
     there.set(whole(c, 1))

@@ -18,7 +18,7 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.codegen.native.passing import STEP
-from planarc.export.instance.block import plan, whole
+from planarc.export.instance.block import larger, plan, whole
 from planarc.export.instance.slopes import has_slopes
 from planarc.export.instance.steps import BEGIN, TRIAL, nominal_of, vector
 from planarc.export.plan import Own, Table
@@ -95,7 +95,7 @@ def _jacobian(c: Code, m: Value, t: Value, out: Value) -> None:
     with c.loop(n) as j:
         c.run("px_copy", trial, begin, n)
         x = begin.load(REAL, j)
-        there = x + c.largest(c.absolute(x), nominal_of(c, m, j)) * STEP
+        there = x + larger(c, c.absolute(x), nominal_of(c, m, j)) * STEP
         trial.store(there, j)
         flag = c.call(FLAG, "pc_rhs", m, t, trial, moved)
         with c.when(~flag.equals(0), leaves=True):
@@ -138,7 +138,7 @@ def _stiff(c: Code, m: Value, t: Value, h: Value) -> None:
             room.last.store(0.0, i)
         c.give(c.call(FLAG, "pc_rhs", m, t + h, trial, vector(c, m, 6)))
     attempt(c.call(FLAG, "px_jacobian", m, t, room.matrix))
-    later = t + c.largest(c.absolute(t), c.constant(1.0, REAL)) * STEP
+    later = t + larger(c, c.absolute(t), c.constant(1.0, REAL)) * STEP
     flag = c.call(FLAG, "pc_rhs", m, later, begin, room.of_time)
     with c.loop(n) as i:
         change = (room.of_time.load(REAL, i) - first.load(REAL, i)) / (later - t)
@@ -170,10 +170,10 @@ def _stiff(c: Code, m: Value, t: Value, h: Value) -> None:
 def _error(c: Code, m: Value) -> None:
     room, n = _Room(c, m), plan(c, Table.STATES)
     begin, trial = vector(c, m, BEGIN), vector(c, m, TRIAL)
-    tolerance = c.largest(m.load(REAL, Own.TOLERANCE), c.constant(_LEAST, REAL))
+    tolerance = larger(c, m.load(REAL, Own.TOLERANCE), c.constant(_LEAST, REAL))
     worst = c.variable(0.0)
     with c.loop(n) as i:
-        size = c.largest(c.absolute(begin.load(REAL, i)), c.absolute(trial.load(REAL, i)))
+        size = larger(c, c.absolute(begin.load(REAL, i)), c.absolute(trial.load(REAL, i)))
         allowed = tolerance * (size + nominal_of(c, m, i))
-        worst.set(c.largest(c.absolute(room.last.load(REAL, i)) / allowed, worst.get()))
+        worst.set(larger(c, c.absolute(room.last.load(REAL, i)) / allowed, worst.get()))
     c.give(worst.get(), REAL)

@@ -10,7 +10,7 @@ The law, and how energy bounds restitution, stand in `solve.contact.strike`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.contact.area import Area, Reads, arrays, slot, zero
 from planarc.export.instance.contact.cases import FREE, copy, fill
 from planarc.export.instance.contact.touches import read_of
@@ -57,7 +57,7 @@ def _released(c: Code, m: Value, count: Value, noise: Value, part: Value) -> Non
     )  # fmt: skip
     with c.loop(count) as p:
         least = part * restitution.load(REAL, p) * pressed.load(REAL, p)
-        floor.store(c.largest(least, zero(c)), p)
+        floor.store(larger(c, least, zero(c)), p)
     copy(c, given, speeds, count * 2)
     with c.when(~c.call(FLAG, "px_forces", m, count, noise).equals(0), leaves=True):
         c.give(1)
@@ -145,10 +145,10 @@ def _strike(c: Code, m: Value, k: Value) -> None:
         some, count = c.variable(0, INT), c.variable(0, INT)
         with c.loop(k) as j, c.when(own(j)):
             for place in (j, k + j):
-                largest.set(c.largest(largest.get(), c.absolute(speeds.load(REAL, place))))
+                largest.set(larger(c, largest.get(), c.absolute(speeds.load(REAL, place))))
         rounding = largest.get() * STILL
         with c.loop(k) as j, c.when(own(j)):
-            limit, v = c.largest(still.load(REAL, j), rounding), speeds.load(REAL, j)
+            limit, v = larger(c, still.load(REAL, j), rounding), speeds.load(REAL, j)
             noise.set(c.select(limit < noise.get(), limit, noise.get()))
             with c.when(v < zero(c) - limit):
                 some.set(whole(c, 1))
@@ -167,7 +167,7 @@ def _strike(c: Code, m: Value, k: Value) -> None:
             c.give(0)
         with c.loop(k) as j, c.when(own(j)):
             approach = zero(c) - speeds.load(REAL, j)
-            fastest.store(c.largest(fastest.load(REAL, j), approach), j)
+            fastest.store(larger(c, fastest.load(REAL, j), approach), j)
         n = count.get()
         c.run("px_gather", m, k, n, speeds)
         flag = c.call(FLAG, "px_together", m, n, noise.get())

@@ -11,7 +11,7 @@ is closed, then the way of each.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.contact.area import Area, arrays, zero
 from planarc.solve.contact.problem import ALIKE, IDLE, ROUNDING, STICKS
 
@@ -41,7 +41,7 @@ def _pivot(c: Code, a: Value, right: Value, order: Value, n: Value) -> None:
                 most.set(size)
                 row.set(i)
                 column.set(j)
-        largest.set(c.largest(largest.get(), most.get()))
+        largest.set(larger(c, largest.get(), most.get()))
         with c.when(~(most.get() * ALIKE > largest.get()), leaves=True):
             c.give(1)
         r, s = row.get(), column.get()
@@ -130,7 +130,7 @@ def _case(c: Code, m: Value, k: Value) -> None:
 def largest_of(c: Code, values: Value, count: Value, least: float = 0.0) -> Value:
     found = c.variable(least)
     with c.loop(count) as i:
-        found.set(c.largest(found.get(), c.absolute(values.load(REAL, i))))
+        found.set(larger(c, found.get(), c.absolute(values.load(REAL, i))))
     return found.get()
 
 
@@ -142,12 +142,12 @@ def _misfit(c: Code, m: Value, k: Value, noise: Value) -> None:
     )  # fmt: skip
     wide = k * 2
     effect = largest_of(c, a, wide * wide, 1e-300)
-    force = c.largest(largest_of(c, x, wide, 1e-300) * ROUNDING, noise / effect)
-    motion = c.largest(largest_of(c, b, wide, 1e-300) * ROUNDING, noise)
+    force = larger(c, largest_of(c, x, wide, 1e-300) * ROUNDING, noise / effect)
+    motion = larger(c, largest_of(c, b, wide, 1e-300) * ROUNDING, noise)
     worst = c.variable(0.0)
 
     def breaks(by: Value) -> None:
-        worst.set(c.largest(by, worst.get()))
+        worst.set(larger(c, by, worst.get()))
 
     with c.loop(k) as i:
         n, t, slip = x.load(REAL, i), x.load(REAL, k + i), u.load(REAL, k + i)

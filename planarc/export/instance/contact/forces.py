@@ -9,7 +9,7 @@ in `solve.contact.problem`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.contact.area import Area, arrays, zero
 from planarc.export.instance.contact.cases import FREE, copy, largest_of, word_of
 from planarc.solve.contact.problem import (
@@ -90,7 +90,7 @@ def _forces(c: Code, m: Value, k: Value, noise: Value) -> None:
     alone = k.equals(1) & ways.load(INT).equals(IDLE) & (a.load(REAL) > 0.0)
     with c.when(alone, leaves=True):
         low = floor.load(REAL)
-        rounding = c.largest(largest_of(c, b, whole(c, 2)) * ROUNDING, noise)
+        rounding = larger(c, largest_of(c, b, whole(c, 2)) * ROUNDING, noise)
         closed = a.load(REAL) * low + b.load(REAL) < zero(c) - rounding
         x.store(c.select(closed, zero(c) - b.load(REAL) / a.load(REAL), low))
         x.store(0.0, 1)

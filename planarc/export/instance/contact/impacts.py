@@ -11,7 +11,7 @@ What each does, and why, stands in `solve.contact.impacts`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.export.instance.block import plan, whole
+from planarc.export.instance.block import larger, plan, whole
 from planarc.export.instance.contact.area import (
     Area,
     Kept,
@@ -97,7 +97,7 @@ def _spots(c: Code, m: Value, k: Value, count: Value) -> None:
         mu.store(rubs.load(REAL, i), p)
         turns = c.absolute(old).equals(1.0) & (old * slip <= 0.0)
         slow = c.select(turns | old.equals(float(STICKS)), c.constant(DRIFT, REAL), SLOW)
-        still = c.absolute(slip) <= c.largest(slow * fastest, CREEP)
+        still = c.absolute(slip) <= larger(c, slow * fastest, CREEP)
         moving = c.select(slip > 0.0, whole(c, 1), whole(c, -1))
         found = c.select(still, whole(c, FREE), moving)
         smooth = rubs.load(REAL, i).equals(0.0)
@@ -173,7 +173,7 @@ def _modes(c: Code, m: Value, t: Value, k: Value) -> None:
                 low = lowest * greatest
                 least = c.select(steady, greatest * EXACT, low)
                 clear = c.call(REAL, "llvm.sqrt.f64", falls * (2 * CLEAR))
-                limit = c.largest(e * c.largest(least, low), clear)
+                limit = larger(c, e * larger(c, least, low), clear)
                 falling.store(falls, i)
                 with c.when((v < limit) | (lasts < short)):
                     times.store(lasts, j)
@@ -236,7 +236,7 @@ def _set(c: Code, m: Value, t: Value, k: Value, struck: Value) -> None:
     w = m.load(POINTER, Frame.W)
     for name, value in OPEN.items():
         put(c, m, Touch[name.upper()], value)
-    wide = c.largest(m.load(REAL, Own.TOLERANCE), CLEAR)
+    wide = larger(c, m.load(REAL, Own.TOLERANCE), CLEAR)
     with c.loop(k) as j:
         i = here.load(INT, j)
         gap, low = _told(c, before, Reads.GAP).load(REAL, i), _told(c, before, Touch.LOW)
@@ -252,7 +252,7 @@ def _set(c: Code, m: Value, t: Value, k: Value, struck: Value) -> None:
             w.store(c.real(modes.load(INT, k + j)), slot(c, i, Touch.WAY))
             w.store(c.select(held, low.load(REAL, i), gap), slot(c, i, Touch.LOW))
             with c.when(~held):
-                w.store(t + c.largest(times.load(REAL, j), zero(c)), slot(c, i, Touch.REST))
+                w.store(t + larger(c, times.load(REAL, j), zero(c)), slot(c, i, Touch.REST))
     c.give()
 
 
@@ -287,11 +287,11 @@ def _impact(c: Code, m: Value, t: Value) -> None:
         _told(c, before, which) for which in (Reads.GAP, Reads.V, Reads.SLIP, Touch.HELD, Touch.LOW)
     )
     begins = seen(c, m, Seen.BEGINS)
-    least = c.select(begins.load(INT).equals(1), c.constant(DEEP, REAL), c.largest(tolerance, DEEP))
+    least = c.select(begins.load(INT).equals(1), c.constant(DEEP, REAL), larger(c, tolerance, DEEP))
     begins.store(whole(c, 0))
     most = seen(c, m, Seen.FASTEST)
-    largest = c.largest(largest_of(c, v, n), largest_of(c, slip, n))
-    moves = c.largest(most.load(REAL), largest) * MOVED + MOVES
+    largest = larger(c, largest_of(c, v, n), largest_of(c, slip, n))
+    moves = larger(c, most.load(REAL), largest) * MOVED + MOVES
     with c.loop(n) as i:
         deepest = c.select(low.load(REAL, i) < 0.0, low.load(REAL, i), 0.0) * MORE - least
         parted = gap.load(REAL, i) - low.load(REAL, i)
@@ -322,7 +322,7 @@ def _impact(c: Code, m: Value, t: Value) -> None:
     with c.loop(k) as j:
         i = here.load(INT, j)
         for speed in (v, slip):
-            most.store(c.largest(most.load(REAL), c.absolute(speed.load(REAL, i))))
+            most.store(larger(c, most.load(REAL), c.absolute(speed.load(REAL, i))))
         limit = mu.load(REAL, i) * f_n.load(REAL, i) * (1 - LIMIT)
         slack = is_stuck(i) & (c.absolute(f_t.load(REAL, i)) >= limit)
         loose.store(c.select(slack, whole(c, 1), whole(c, 0)), j)
@@ -336,10 +336,10 @@ def _impact(c: Code, m: Value, t: Value) -> None:
         speeds.store(c.select(is_held(i), zero(c), v.load(REAL, i)), j)
         speeds.store(slip.load(REAL, i), k + j)
         errors = tolerance * first.load(REAL, i)  # of a run make such speeds
-        still.store(c.largest(errors, largest * STILL), j)
+        still.store(larger(c, errors, largest * STILL), j)
         size = c.variable(0.0)
         with c.loop(wide) as r:
-            size.set(c.largest(size.get(), c.absolute(response.load(REAL, r * wide + j))))
+            size.set(larger(c, size.get(), c.absolute(response.load(REAL, r * wide + j))))
         with c.when(size.get().equals(0.0), leaves=True):
             end(i, Jam.ONE_BODY)
     with c.when(~c.call(FLAG, "px_strike", m, k).equals(0), leaves=True):
@@ -348,14 +348,14 @@ def _impact(c: Code, m: Value, t: Value) -> None:
     with c.loop(k) as j:
         i = here.load(INT, j)
         listed.store(j, j)
-        first.store(c.largest(first.load(REAL, i), fastest.load(REAL, j)), i)
+        first.store(larger(c, first.load(REAL, i), fastest.load(REAL, j)), i)
         for row in (j, k + j):
             with c.when(~impulses.load(REAL, row).equals(0.0)):
                 struck.set(whole(c, 1))
     with c.when(~c.call(FLAG, "px_shift", m, k, k, impulses).equals(0), leaves=True):
         end(here.load(INT), Jam.NO_IMPACT)
     strongest = seen(c, m, Seen.STRONGEST)
-    strongest.store(c.largest(strongest.load(REAL), largest_of(c, free, n * 2)))
+    strongest.store(larger(c, strongest.load(REAL), largest_of(c, free, n * 2)))
     copy(c, total, free, n * 2)
     with c.when(struck.get().equals(1)):
         see()

@@ -12,7 +12,7 @@ What the method does, and its source, stand in `solve.contact.lemke`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.contact.area import Area, arrays, zero
 from planarc.export.instance.contact.cases import FREE, fill, largest_of, slides
 from planarc.solve.contact.lemke import LEAST, MOST_PIVOTS
@@ -79,12 +79,12 @@ def _first(c: Code, m: Value, n: Value, entering: Value) -> None:
 
     most, least = c.variable(1.0), c.variable(1e300)
     with c.loop(n) as i:
-        most.set(c.largest(most.get(), c.absolute(entry(i, entering))))
+        most.set(larger(c, most.get(), c.absolute(entry(i, entering))))
     counts = most.get() * LEAST
     with c.loop(n) as i, c.when(entry(i, entering) > counts):
         ratio = entry(i, wide - 1) / entry(i, entering)
         least.set(c.select(ratio < least.get(), ratio, least.get()))
-    limit = least.get() + c.largest(c.absolute(least.get()), 1.0) * LEAST
+    limit = least.get() + larger(c, c.absolute(least.get()), 1.0) * LEAST
     found, done = c.variable(-1, INT), c.variable(0, INT)
     with c.loop(n) as i, c.when((entry(i, entering) > counts) & done.get().equals(0)):
         tied = entry(i, wide - 1) / entry(i, entering) <= limit

@@ -8,6 +8,7 @@ How limits and forces are brought to agree stands in `solve.contact.pressed`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
+from planarc.export.instance.block import larger
 from planarc.export.instance.contact.area import Area, Seen, arrays, seen, slot, zero
 from planarc.export.instance.contact.cases import copy, fill, largest_of
 from planarc.export.instance.relations import attempt
@@ -63,7 +64,7 @@ def _next(c: Code, m: Value, rows: Value, n: Value) -> None:
         _take_off(c, to, step, part, n)
         _take_off(c, error, change, part, n)
     with c.loop(n) as i:
-        to.store(c.largest(to.load(REAL, i) + error.load(REAL, i), 0.0), i)
+        to.store(larger(c, to.load(REAL, i) + error.load(REAL, i), 0.0), i)
     c.give()
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import plan, whole
+from planarc.export.instance.block import larger, plan, whole
 from planarc.export.instance.contact.area import (
     Area,
     Kept,
@@ -108,7 +108,7 @@ def _respond(c: Code, m: Value, t: Value, k: Value) -> None:
             with c.loop(n * 2) as r:
                 change = (motion.load(REAL, r) - free.load(REAL, r)) / size
                 motion.store(change, r)
-                effect.set(c.largest(c.absolute(change), effect.get()))
+                effect.set(larger(c, c.absolute(change), effect.get()))
             with c.loop(k) as r:
                 at = here.load(INT, r)
                 response.store(motion.load(REAL, at), r * wide + column)
@@ -124,7 +124,7 @@ def _respond(c: Code, m: Value, t: Value, k: Value) -> None:
                 done.set(whole(c, 1))
             with c.when(~clear):
                 force.store(largest / effect.get(), place)
-        most.store(c.largest(effect.get(), most.load(REAL)))
+        most.store(larger(c, effect.get(), most.load(REAL)))
     c.give(0)
 
 

@@ -12,7 +12,7 @@ px_jumps(block, t) -> 1           where something else comes back behind it
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.instants import due
 from planarc.export.instance.past.layout import Each, Head, Past
 from planarc.export.instance.relations import room
@@ -74,7 +74,7 @@ def _cross(c: Code, m: Value, t: Value) -> None:
         least = c.variable(t - past.each(Each.INTERVAL).load(REAL, d))
         with c.when(number > 0):
             last = past.kinks.load(REAL, _place(past, number - 1))
-            least.set(c.largest(least.get(), last))
+            least.set(larger(c, least.get(), last))
         past.bounds.store(least.get() + within, d * 2)
         some = number < past.head.load(INT, Head.KINKS)
         following = past.kinks.load(REAL, _place(past, number)) - within
@@ -130,5 +130,5 @@ def _jumps(c: Code, m: Value, t: Value) -> None:
 
 def is_near(c: Code, a: Value, b: Value, part: float) -> Value:
     """Whether two values are the same but for a part of their size."""
-    size = c.largest(c.largest(c.absolute(a), c.absolute(b)), 1.0)
+    size = larger(c, larger(c, c.absolute(a), c.absolute(b)), 1.0)
     return c.absolute(a - b) <= size * part

@@ -20,7 +20,7 @@ import math
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.past.layout import Each, Head, Past, Row
 from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own, Shelf
@@ -192,10 +192,10 @@ def _append(c: Code, m: Value, careful: Value) -> None:
         terms = past.found.at(d * TERMS)
         c.run("px_fit", parts, values.at(d), past.count, terms)
         there = c.absolute(values.load(REAL, past.count * DEGREE + d))
-        size = c.largest(largest.load(REAL, d), there)
+        size = larger(c, largest.load(REAL, d), there)
         missed = c.absolute(c.call(REAL, "px_value", terms, middle)
                             - values.load(REAL, past.count * TERMS + d))  # fmt: skip
-        worst.set(c.largest(worst.get(), missed - size * _MISSED))
+        worst.set(larger(c, worst.get(), missed - size * _MISSED))
     shorter = (worst.get() > 0.0) & (end - begin > m.load(REAL, Own.AHEAD) * (_FLOOR / AHEAD))
     with c.when(careful.equals(1) & shorter, leaves=True):
         c.give(1)
@@ -208,7 +208,7 @@ def _append(c: Code, m: Value, careful: Value) -> None:
     with c.loop(past.count) as d:
         value = values.load(REAL, past.count * DEGREE + d)
         ends.store(value, d)
-        largest.store(c.largest(largest.load(REAL, d), c.absolute(value)), d)
+        largest.store(larger(c, largest.load(REAL, d), c.absolute(value)), d)
     c.run("px_tail", m, piece + 1, end, whole(c, 1))
     c.give(c.call(FLAG, "px_within_range", m))
 
@@ -273,7 +273,7 @@ def _join(c: Code, m: Value, piece: Value, part: Value) -> None:
         with c.loop(DEGREE) as k:
             x = (past.parts.load(REAL, k) + past.parts.load(REAL, k + 1)) * 0.5
             missed = c.absolute(c.call(REAL, "px_value", terms, x) - said(d, x))
-            worst.set(c.largest(worst.get(), missed))
+            worst.set(larger(c, worst.get(), missed))
         with c.when(~(worst.get() <= largest.load(REAL, d) * part), leaves=True):
             c.give(0, INT)
     c.give(1, INT)

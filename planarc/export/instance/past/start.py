@@ -8,7 +8,7 @@ px_known(block) -> 1              where the signals are those that the past hold
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
-from planarc.export.instance.block import whole
+from planarc.export.instance.block import larger, whole
 from planarc.export.instance.past.kinks import is_near
 from planarc.export.instance.past.layout import Each, Head, Past
 from planarc.export.instance.settling import ACTED
@@ -38,7 +38,7 @@ def _begin(c: Code, m: Value, t: Value) -> None:
         with c.when(fixed & ~good, leaves=True):
             m.store(past.message(d), Own.ENDED)
             c.give(ACTED)
-        longest.set(c.largest(longest.get(), c.select(fixed, own, most.load(REAL, d))))
+        longest.set(larger(c, longest.get(), c.select(fixed, own, most.load(REAL, d))))
         step = c.select(fixed, own, bend)
         limit.set(c.select(step < limit.get(), step, limit.get()))
         past.each(Each.LARGEST).store(0.0, d)

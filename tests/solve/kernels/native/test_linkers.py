@@ -38,7 +38,7 @@ def function(value: str) -> bytes:
     )
     text += "define double @pc_f(double %x) {\n%a = call double @cos(double %x)\n"
     text += "%b = call double @pc_g(double %a)\nret double %b }\n"
-    return emit_object(text, target_machine(0), ("pc_",), tidied=False)
+    return emit_object(text, target_machine(0), ("pc_",))
 
 
 @pytest.mark.parametrize("linker", [OwnLinker, LlvmLinker])
