@@ -36,11 +36,11 @@ from collections.abc import Collection, Iterable, Sequence
 
 from msgspec import Struct
 
-from planarc.codegen.statements import Lister, Temporaries
+from planarc.codegen.statements import Lister, Temporaries, is_trivial
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.derivatives import Group, Head, Scope
-from planarc.ir.expr import Expr, Op, named, postorder, symbols, text
+from planarc.ir.expr import Expr, Exprs, Op, named, postorder, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
 
@@ -75,6 +75,18 @@ class Slopes(Data):
     #: Nodes of each candidate itself and of its derivative (-1: it does not move).
     candidates: tuple[tuple[int, int], ...]
     wanted: tuple[int, ...]  # slots whose derivatives are asked for
+
+    def named(self, table: Exprs) -> tuple[list[Let], list[Expr], dict[Expr, int]]:
+        """Statements, trivial coefficients, and the places of those that statements set: of equal
+        formulas a printer may make a loop."""
+        lets, taken, places = list(self.body), [], {}
+        for i, e in enumerate(self.coefficients):
+            if not is_trivial(e):
+                lets.append(Let(table.symbol(f"$c{i}"), e))
+                e = lets[-1].target
+                places[e] = i
+            taken.append(e)
+        return lets, taken, places
 
     def tape(self) -> list[int]:
         """The numbers of `planarc.ir.derivatives`."""

@@ -8,7 +8,7 @@ may be not a number.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Final
 
 from planarc.codegen.certain import is_hidden, unconditional
@@ -57,8 +57,10 @@ def bit(c: Code, value: Value) -> Value:
     return value if value.type == BIT else c.emit(BIT, f"fcmp une double {value.text}, 0.0")
 
 
-def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
-    """Emit the expression; `leaf` gives symbols, time, events and left limits.
+def formula(
+    c: Code, root: Expr, leaf: Callable[[Expr], Value], varied: Container[Expr] = ()
+) -> Value:
+    """Emit the expression; `leaf` gives symbols, time, events, left limits and `varied` numbers.
 
     What is not a number may not become one by a comparison: where the value hangs on such a
     comparison whatever other conditions say, it is not a number either.
@@ -68,7 +70,8 @@ def formula(c: Code, root: Expr, leaf: Callable[[Expr], Value]) -> Value:
     for e in postorder((root,)):
         op = e.op
         if not e.args:
-            done[e] = _constant(c, e.data) if op is _CONST else leaf(e)
+            fixed = op is _CONST and e not in varied
+            done[e] = _constant(c, e.data) if fixed else leaf(e)
         elif op is _ADD:
             done[e] = c.sum([real(c, done[a]) for a in e.args])
         elif op is _MUL:

@@ -4,13 +4,15 @@
     memory          temporaries that loops set, or read where others set them
 
 The places of a column are a first one and the distances from it. Distances that grow evenly are
-computed, others stand in the constant `pc_..._rows`; columns of equal distances share a pointer:
+computed, others stand in the constant `pc_..._rows`, as numbers that differ do; columns of equal
+distances share a pointer:
 
     p := w + distance[t];   p[17] := p[3]*p[250]
 """
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -29,7 +31,7 @@ class Loops:
         self._code, self._name = code, f"@{name}_rows"
         self.memory = Value(code, POINTER, "%memory")
         self.places: dict[Expr, int] = {}  # in the memory
-        self._rows: dict[tuple[int, ...], int] = {}  # distances, and where they begin
+        self._rows: dict[tuple[int, ...], int] = {}  # distances or numbers, and where they begin
         self._length = 0
         self._pointers: dict[tuple[str, tuple[int, ...]], Value] = {}
 
@@ -44,7 +46,7 @@ class Loops:
     @contextmanager
     def run(self, times: int) -> Iterator[None]:
         """What stands inside, with `at` by the time."""
-        with self._code.loop(times) as self._time:
+        with self._code.loop(times) as self.time:
             self._pointers = {}
             yield
 
@@ -57,15 +59,27 @@ class Loops:
             known = self._pointers[memory.text, distances] = memory.at(self._distance(distances))
         return known, first
 
+    def word(self, words: Sequence[int]) -> Value:
+        """The whole number that is due."""
+        return self._row(tuple(words)).load(INT, self.time)
+
+    def number(self, values: Sequence[float]) -> Value:
+        """The number that is due."""
+        bits = tuple([struct.unpack("<q", struct.pack("<d", v))[0] for v in values])
+        return self._row(bits).load(REAL, self.time)
+
     def _distance(self, distances: tuple[int, ...]) -> Value:
         step = distances[1]
         if distances == tuple(range(0, step * len(distances), step or 1)):
-            return self._time * step
-        if distances not in self._rows:
-            self._rows[distances] = self._length
-            self._length += len(distances)
-        rows = Value(self._code, POINTER, self._name).at(self._rows[distances])
-        return rows.load(INT, self._time)
+            return self.time * step
+        return self.word(distances)
+
+    def _row(self, words: tuple[int, ...]) -> Value:
+        """Where these begin in the constant."""
+        if words not in self._rows:
+            self._rows[words] = self._length
+            self._length += len(words)
+        return Value(self._code, POINTER, self._name).at(self._rows[words])
 
     def text(self) -> str:
         """The constant, where there is one; the function's memory has its size from here on."""

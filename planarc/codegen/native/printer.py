@@ -25,21 +25,26 @@ Example, a block of one tear, compare with the NumPy text:
 
 Long lists that repeat themselves, as those of equal parts do, are loops (`rolling`, `loops`).
 
+The file is long because what writes a function knows of each value whether it stands in a register,
+in the workspace, in the memory of loops or among the results.
+
 Promises:  no address is in the text: the object code made of it can be kept on disk.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import partial
-from itertools import compress
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
+from itertools import chain, compress
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.loops import Loops
 from planarc.codegen.native.newton import NOT_FINITE
-from planarc.codegen.native.rolling import Column, Roll, is_one, roll
+from planarc.codegen.native.reads import counted, reads_of
+from planarc.codegen.native.rolling import SHORTEST_SELDOM, Column, Roll, is_number, is_one, roll
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
@@ -51,6 +56,8 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
+#: Between the numbers of results that are gathered: more than 4 slots of any model.
+_NEXT = 1 << 28
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -64,20 +71,21 @@ declare double @pc_external(i64, i64, i64, ptr)
 def ir(program: Program) -> str:
     """The model's module as LLVM text."""
     placement = place(program)
+    section = partial(_Section, program, placement, cache(partial(reads_of, program)))
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
     functions = (
-        _Section(program, placement, "pc_parameters").text(program.parameters),
-        _Section(program, placement, "pc_levels").levels(below, top),
-        _Section(program, placement, "pc_rest").text(program.rest),
-        _Section(program, placement, "pc_initial", results=True).text(
+        section("pc_parameters", seldom=True).text(program.parameters),
+        section("pc_levels").levels(below, top),
+        section("pc_rest").text(program.rest),
+        section("pc_initial", results=True, seldom=True).text(
             program.initial, program.initial_residuals
         ),
-        _Section(program, placement, "pc_zeros", results=True).text(
+        section("pc_zeros", results=True).text(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
-        _Section(program, placement, "pc_discrete").text(program.discrete),
+        section("pc_discrete", seldom=True).text(program.discrete),
     )
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
 
@@ -88,8 +96,10 @@ def slopes_ir(program: Program, slopes: Slopes, scope: Scope) -> str:
     numbers = slopes.tape()
     row = ", ".join(f"i64 {n}" for n in numbers)
     tape = f"@pc_tape_{scope.value} = constant [{len(numbers)} x i64] [{row}]\n"
-    section = _Section(program, place(program), f"pc_slopes_{scope.value}", results=True)
-    return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(slopes)))
+    lets, taken, results = slopes.named(program.table)
+    reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
+    section = _Section(program, place(program), reads, f"pc_slopes_{scope.value}", True, True)
+    return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(lets, taken, results)))
 
 
 def _records(placement: Placement) -> str:
@@ -102,9 +112,11 @@ class _Section:
     """A function of the module."""
 
     def __init__(
-        self, program: Program, placement: Placement, name: str, results: bool = False
-    ) -> None:
-        self._program = program
+        self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
+        name: str, results: bool = False, seldom: bool = False,
+    ) -> None:  # fmt: skip
+        self._seldom = seldom
+        self._program, self._reads = program, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
         if results:
@@ -117,16 +129,58 @@ class _Section:
         self._loops = Loops(c, name)
         self._slots: dict[Expr, int | None] = {}
         self._next_break = LONGEST_BLOCK
+        self._results: dict[Expr, int] = {}  # what is a result and nothing else
 
-    def coefficients(self, slopes: Slopes) -> str:
-        """The coefficients of derivatives at the present point, as `results`."""
-        c = self._code
-        self._write(slopes.body)
-        for i, e in enumerate(slopes.coefficients):
-            c.arguments[2].store(real(c, self._value(e)), i)
-            self._break()
+    def coefficients(
+        self, lets: Sequence[Let], taken: Sequence[Expr], results: dict[Expr, int]
+    ) -> str:
+        """The coefficients of derivatives at the present point, as `results`: what statements set
+        by this name, and trivial values. Where there are many of these, a loop gathers them."""
+        c, out = self._code, self._code.arguments[2]
+        self._results = results
+        self._write(lets)
+        rest = [(i, e) for i, e in enumerate(taken) if e not in self._results]
+        gathered = []
+        for i, e in rest:
+            place = self._source(e) if len(rest) >= SHORTEST_SELDOM else None
+            if place is None:
+                out.store(real(c, self._value(e)), i)
+                self._break()
+            else:
+                gathered.append(i * _NEXT + place)
+        if gathered:
+            self._gather(gathered, out)
         c.give(0)
         return self._loops.text() + c.text()
+
+    def _source(self, e: Expr) -> int | None:
+        """Where a trivial value stands, times 4; 2 more in the memory of loops, 1 more for its
+        negative. None: in a register."""
+        negative = int(e.op is Op.NEG)
+        e = e.args[0] if negative else e
+        if is_number(e) and e not in self._loops.places:
+            self._loops.hold((e,))
+            self._loops.memory.store(e.data, self._loops.places[e])
+        if e in self._loops.places and e not in self._values:
+            return 4 * self._loops.places[e] + 2 + negative
+        slot = None if e in self._values else self._slot(e)
+        return None if slot is None else 4 * slot + negative
+
+    def _gather(self, told: Sequence[int], out: Value) -> None:
+        c, loops = self._code, self._loops
+        value = c.variable(0.0)
+        with loops.run(len(told)):
+            word = loops.word(told)
+            where = word / _NEXT
+            place = word - where * _NEXT
+            index, held, negative = place / 4, place / 2 - place / 4 * 2, place - place / 2 * 2
+            with c.when(held.equals(0)):
+                value.set(self._w.load(REAL, index))
+            with c.when(held.equals(1)):
+                value.set(loops.memory.load(REAL, index))
+            with c.when(negative.equals(1)):
+                value.set(-value.get())
+            out.store(value.get(), where)
 
     def levels(self, below: Iterable[Statement], top: Iterable[Statement]) -> str:
         """May end before the top level."""
@@ -157,7 +211,7 @@ class _Section:
     def _write(self, statements: Iterable[Statement], straight: bool = False) -> None:
         """`straight`: without loops."""
         listed = tuple(statements)
-        for s in listed if straight else roll(listed, lambda e: self._slot(e) is not None):
+        for s in listed if straight else self._rolled(listed):
             if isinstance(s, Let):
                 self._let(s)
             elif isinstance(s, Roll):
@@ -167,6 +221,12 @@ class _Section:
                     self._write(s.statements, straight=True)
             else:
                 self._solve(s)
+
+    def _rolled(self, statements: Sequence[Statement]) -> Sequence[Statement | Roll]:
+        def home(e: Expr) -> int:
+            return 2 if e in self._results else int(self._slot(e) is not None)
+
+        return roll(statements, home, self._seldom)
 
     # Values
 
@@ -194,6 +254,9 @@ class _Section:
     def _let(self, let: Let) -> None:
         self._break()
         value = self._value(let.value)
+        if let.target in self._results:
+            self._code.arguments[2].store(real(self._code, value), self._results[let.target])
+            return
         slot = self._slot(let.target)
         self._values[let.target] = value
         if slot is not None:
@@ -203,24 +266,35 @@ class _Section:
         """A loop. What its group set before is in registers; all else that differs from time to
         time is read from memory, and nothing that it sets is in a register behind it."""
         c, loops = self._code, self._loops
-        for column in run.targets:
-            for e in column:
-                self._values.pop(e, None)
-            if self._slot(column[0]) is None:
-                loops.hold(column)
-        own: dict[Column, Value] = {}
+        for e in chain.from_iterable(run.targets):
+            self._values.pop(e, None)
         set_before = {column: i for i, column in enumerate(run.targets)}
+        inside: Counter[Column] = Counter()
         for i, columns in enumerate(run.leaves):
             for column in columns:
-                if set_before.get(column, i) >= i and not is_one(column):
+                if set_before.get(column, i) < i:
+                    inside[column] += 1
+                elif not is_one(column):
                     self._store(column)
+        kept = {column for column in run.targets if self._is_read(column, inside[column])}
+        for column in run.targets:
+            if column in kept and column[0] not in self._results and self._slot(column[0]) is None:
+                loops.hold(column)
+        own: dict[Column, Value] = {}
         with loops.run(len(run.targets[0])):
             for let, target, columns in zip(run.body, run.targets, run.leaves, strict=True):
                 self._break()
-                due = partial(self._due, {column[0]: column for column in columns}, own)
-                own[target] = value = real(c, formula(c, let.value, due))
-                pointer, index = self._place(target)
-                pointer.store(value, index)
+                varied = {column[0]: column for column in columns if not is_one(column)}
+                own[target] = value = formula(c, let.value, partial(self._due, varied, own), varied)
+                if target in kept:
+                    pointer, index = self._place(target)
+                    pointer.store(real(c, value), index)
+
+    def _is_read(self, column: Column, inside: int) -> bool:
+        """Whether anything reads it but the group itself, so often each time."""
+        if column[0] in self._results or self._slot(column[0]) is not None:
+            return True
+        return any(self._reads()[e] > inside for e in column)
 
     def _store(self, column: Column) -> None:
         """Temporaries that are in registers into memory, for a loop that reads them."""
@@ -237,13 +311,15 @@ class _Section:
             return self._leaf(e)
         if column in own:
             return own[column]
-        if is_one(column):
-            return self._leaf(e)
+        if is_number(e):
+            return self._loops.number([n.data for n in column])
         pointer, index = self._place(column)
         return pointer.load(REAL, index)
 
     def _place(self, column: Column) -> tuple[Value, int]:
         loops, slots = self._loops, [self._slot(e) for e in column]
+        if column[0] in self._results:
+            return loops.at(self._code.arguments[2], [self._results[e] for e in column])
         found = [s for s in slots if s is not None]
         if found:
             return loops.at(self._w, found)

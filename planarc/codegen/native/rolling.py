@@ -15,8 +15,8 @@ rods in a row:
 so that LLVM compiles a group once. The order of statements stays, and with it each value
 to the last bit.
 
-Promises:  groups are equal in operations, numbers and functions, in which leaves are the
-           same one, and in which have slots.
+Promises:  groups are equal in operations, exponents and functions, in which leaves are the
+           same one, and in which have slots. Numbers are leaves.
 """
 
 from __future__ import annotations
@@ -24,20 +24,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
+from planarc.codegen.certain import is_hidden
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op
 from planarc.ir.program import Let, Statement
 
-#: Lists below this length are left as they are: compiled straight they run a little faster.
-SHORTEST = 200
+#: Lists below this length are left as they are: compiled straight they run a little faster. Of
+#: those that run seldom, only the shortest ones are.
+SHORTEST, SHORTEST_SELDOM = 200, 24
 #: A run is rolled that has so many groups, and saves so many statements.
-FEWEST, LEAST = 4, 12
+FEWEST, LEAST = 2, 12
 #: Groups are not longer, and begin at one of so many next statements that equal the first.
 _LONGEST, _TRIED = 400, 8
 
 _LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
-#: What takes numbers to a number, wherever it stands: the others read memory or decide.
-_ROLLED = frozenset({Op.ADD, Op.MUL, Op.NEG, Op.DIV, Op.POW, Op.CALL})
+#: What takes values to a value, wherever it stands: the others read memory or call back.
+_ROLLED = frozenset(
+    {Op.ADD, Op.MUL, Op.NEG, Op.DIV, Op.POW, Op.CALL, Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND,
+     Op.OR, Op.NOT, Op.IF}
+)  # fmt: skip
 
 Column = tuple[Expr, ...]
 
@@ -51,23 +56,29 @@ class Roll(Data):
     leaves: tuple[tuple[Column, ...], ...]  # of each statement, those of the first time first
 
 
+def is_number(e: Expr) -> bool:
+    """Whether it is a constant, and no truth."""
+    return e.is_const and not isinstance(e.data, bool)
+
+
 def is_one(column: Column) -> bool:
     """Whether the same leaf stands there each time."""
     return all(e is column[0] for e in column)
 
 
 def roll(
-    statements: Sequence[Statement], has_slot: Callable[[Expr], bool]
+    statements: Sequence[Statement], home: Callable[[Expr], int], seldom: bool = False
 ) -> Sequence[Statement | Roll]:
-    """The statements, rolled where they repeat themselves."""
-    if len(statements) < SHORTEST:
+    """The statements, rolled where they repeat themselves. `home` tells memories apart, of which a
+    value is in one each time."""
+    if len(statements) < (SHORTEST_SELDOM if seldom else SHORTEST):
         return statements
     numbers: dict[object, int] = {}
     kinds: list[int] = []
     leaves: list[tuple[Expr, ...]] = []
-    in_workspace = cache(has_slot)
+    known = cache(home)
     for i, s in enumerate(statements):
-        kind, found = _kind(s, in_workspace)
+        kind, found = _kind(s, known)
         kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
         leaves.append(found)
     following = _following(kinds)
@@ -85,25 +96,37 @@ def roll(
 
 
 def _kind(
-    statement: Statement, has_slot: Callable[[Expr], bool]
+    statement: Statement, home: Callable[[Expr], int]
 ) -> tuple[tuple[object, ...] | None, tuple[Expr, ...]]:
     """What equal statements share, and the leaves that they differ by; None: no other is equal."""
     if not isinstance(statement, Let):
         return None, ()
     leaves: dict[Expr, int] = {}
-    told: list[object] = [has_slot(statement.target)]
+    told: list[object] = [home(statement.target)]
+    exponents = set()
     stack = [statement.value]
     while stack:
         e = stack.pop()
+        op = e.op
         if e.args:
-            if e.op not in _ROLLED:
+            if op not in _ROLLED:
                 return None, ()
-            told += (e.op, len(e.args), e.data)
-            stack.extend(e.args)
-        elif e.op in _LEAVES:
-            told += (leaves.setdefault(e, len(leaves)), has_slot(e))
-        else:  # a constant, or time: shared nodes are equal when they are the same
+            told += (op, len(e.args), e.data)
+            if op is Op.POW and e.args[1].is_const:  # a whole one is a product
+                told.append(e.args[1])
+                exponents.add(e.args[1])
+                stack.append(e.args[0])
+            else:
+                stack.extend(e.args)
+        elif op in _LEAVES:
+            hidden = op is Op.SYMBOL and is_hidden(e)  # its truth may not be known
+            told += (leaves.setdefault(e, len(leaves)), home(e), hidden)
+        elif is_number(e):
+            told += (leaves.setdefault(e, len(leaves)), None)
+        else:  # a truth, or time: shared nodes are equal when they are the same
             told.append(e)
+    if not exponents.isdisjoint(leaves):
+        return None, ()
     return tuple(told), tuple(leaves)
 
 

@@ -59,19 +59,42 @@ def test_groups_of_equal_statements(short: None) -> None:
 
 
 def test_what_is_left_as_it_is(short: None) -> None:
-    """Other numbers, another leaf, what has no slot in place of what has one, blocks, decisions."""
+    """Another exponent, truth or leaf, what has no slot in place of what has one, blocks."""
     t = Exprs()
     a, b, x, y, hidden = (t.symbol(n) for n in ("a", "b", "x", "y", "$t"))
     two = t.const(2.0)
     for one, other in (
-        (Let(x, t.mul(two, a)), Let(y, t.mul(t.const(3.0), b))),
+        (Let(x, t.pow(a, two)), Let(y, t.pow(b, t.const(3.0)))),
         (Let(x, t.div(t.sub(a, b), a)), Let(y, t.div(t.sub(a, b), b))),
         (Let(x, t.mul(two, a)), Let(y, t.mul(two, hidden))),
         (Let(x, t.mul(two, a)), Let(hidden, t.mul(two, b))),
         (Solve(0), Solve(1)),
-        (Let(x, t.if_(t.less(a, b), a, b)), Let(y, t.if_(t.less(b, a), b, a))),
+        (Let(x, t.if_(t.less(a, b), a, b)), Let(y, t.if_(t.less(a, b), a, a))),
+        (
+            Let(x, t.equal(t.less(a, b), t.const(True))),
+            Let(y, t.equal(t.less(a, b), t.const(False))),
+        ),
     ):
         assert roll([one, other, other], in_workspace)[0] is one
+
+
+def test_numbers_and_decisions(short: None) -> None:
+    """Numbers are leaves as values are; an exponent is none, wherever else it stands."""
+    t = Exprs()
+    a, b, x, y = (t.symbol(n) for n in ("a", "b", "x", "y"))
+    one, half = (t.const(n) for n in (1.5, 0.5))
+    (found,) = roll(
+        [
+            Let(x, t.if_(t.less(a, one), t.mul(half, a), b)),
+            Let(y, t.if_(t.less(b, half), t.mul(one, b), a)),
+        ],
+        in_workspace,
+    )
+    assert isinstance(found, Roll)
+    assert {(one, half), (half, one), (a, b), (b, a)} == set(found.leaves[0])
+    root = t.mul(half, t.pow(a, half))
+    same = [Let(x, root), Let(y, t.mul(one, t.pow(b, half)))]
+    assert roll(same, in_workspace) == same
 
 
 def test_short_lists_stay_as_they_are() -> None:
@@ -103,7 +126,7 @@ def simulated(program: Program) -> bytes:
     return b"".join(result[name].tobytes() for name in result.columns)
 
 
-@pytest.mark.parametrize("model", ["four_bar", "cam_lift_off", "chain"])
+@pytest.mark.parametrize("model", ["four_bar", "cam_lift_off", "geneva_drive", "chain"])
 def test_results_equal_to_the_last_bit(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     source = CHAIN.replace("N", "12") if model == "chain" else EXAMPLES / f"{model}.pmo"
     program = planarc.load(source).compiled().program
