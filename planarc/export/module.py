@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import bit, formula
+from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.machine import emit_object
-from planarc.codegen.native.newton import SMALL, solve_function
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
@@ -87,7 +87,10 @@ define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
 #: How many modules do not hang on the model alone.
 SHARED = 2
 #: In the place of the kernel's.
-_SOLVER = "declare i32 @pc_solve(ptr, ptr, ptr, ptr, i64)\n"
+_SOLVER = """
+declare i32 @pc_solve(ptr, ptr, ptr, ptr, ptr, i64)
+declare i32 @pc_again(ptr, ptr, ptr, ptr, ptr, ptr, i64, i64, i64)
+"""
 #: In the place of implicit steps, which nothing can choose there.
 _EXPLICIT = """
 define i32 @px_stiff(ptr %m, double %t, double %h) nounwind {
@@ -232,7 +235,7 @@ def _solver(program: Program) -> str:
     """Elimination: in registers only for the numbers of unknowns that the model has."""
     sizes = {len(b.residuals) for b in program.blocks if b.direct is None}
     smalls = sorted(n for n in sizes if 0 < n <= SMALL)
-    return f"declare double @llvm.fabs.f64(double)\n{solve_function(smalls)}"
+    return f"declare double @llvm.fabs.f64(double)\n{''.join(solve_functions(smalls))}"
 
 
 def _own(

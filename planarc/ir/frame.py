@@ -104,9 +104,10 @@ class Placement(Data):
         return self.jacobian(block) + m * self.records[block][Record.TEARS]
 
 
-#: Numbers of arrays behind residuals and matrix: seeds of the tangent (one a tear), steps and
-#: sizes of rows (one a residual), values before the step and at the start (one a tear).
-ROW_ARRAYS: Final = 2
+#: Numbers of arrays behind residuals and matrix: seeds of the tangent (one a tear), steps, sizes of
+#: rows and the order of elimination (one a residual), values before the step and at the start (one
+#: a tear).
+ROW_ARRAYS: Final = 3
 TEAR_ARRAYS: Final = 3
 
 

@@ -157,11 +157,7 @@ class _Way:
                 grown = pseudo * min(10.0, max(0.1, size / reached)) if reached else 1e12
                 return min(1e12, grown), reached
             pseudo /= 4
-        raise error(
-            "R471",
-            "no equilibrium was found: the way down ends where the equations have no solution",
-            hint="choose other start values",
-        )
+        raise _dead_end()
 
     def _go(self, z: Vector) -> float | None:
         old, y = self.point.y.copy(), self.point.y.copy()
@@ -174,5 +170,16 @@ class _Way:
             self.point.settle()
             return self.size()
         except PlanarcError:
-            self.point.accept(old)
+            try:
+                self.point.accept(old)
+            except PlanarcError:  # where bars lie flat, hardly anything leads back, either
+                raise _dead_end() from None
             return None
+
+
+def _dead_end() -> PlanarcError:
+    return error(
+        "R471",
+        "no equilibrium was found: the way down ends where the equations have no solution",
+        hint="choose other start values",
+    )

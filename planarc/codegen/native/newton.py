@@ -6,19 +6,17 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
     pc_start(frame, t, record)         the tears' first values into w
     pc_step(frame, record) -> flag     better tears from residuals and Jacobian
     pc_linear(frame, record) -> flag   tears of a linear block, from its residuals at zero
-    pc_solve(a, r, x, sizes, m)        Gaussian elimination
     pc_open(frame, record) -> flag     the same where a modal block is singular
 
-The file is long because a block is one algorithm, whose parts share its registers.
+Elimination is `gauss`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import reduce
-from operator import and_
+from collections.abc import Callable
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.codegen.native.gauss import DONE, MORE, UNSOLVED
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Number, Record
 from planarc.ir.newton import (
     AGREES,
@@ -28,15 +26,9 @@ from planarc.ir.newton import (
     HALVINGS,
     NOTHING,
     QUADRATIC,
-    SINGULAR,
     STEPS_BELOW,
     STEPS_TOP,
 )
-
-#: Largest number of unknowns that are eliminated in registers.
-SMALL = 5
-#: Flags that `pc_step`, `pc_linear` and `pc_solve` give.
-DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
 
 
 def newton_functions() -> tuple[str, ...]:
@@ -71,7 +63,8 @@ class Block:
         self.seeds = self.jacobian.at(self.m * self.n)
         self.change = self.seeds.at(self.n)
         self.sizes = self.change.at(self.m)
-        self.before = self.sizes.at(self.m)
+        self.order = self.sizes.at(self.m)
+        self.before = self.order.at(self.m)
         self.origin = self.before.at(self.n)
         self.matrix = area.at(record.load(INT, Record.SHARED))
 
@@ -120,12 +113,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
     count = b.state.load(REAL, COUNT)
     with c.when(count > 0.0):
         _halve_if_worse(c, b, position)
-    with c.loop(b.m) as i, c.loop(b.m) as k:
-        b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
-    right = b.matrix.at(b.m * b.m)
-    with c.loop(b.m) as i:
-        right.store(b.residuals.load(REAL, i), i)
-    _eliminate(c, b, right, frame, record, ended=lambda: _finish(c, b))
+    _eliminate(c, b, position, frame, record, ended=lambda: _finish(c, b))
     size = c.variable(0.0)
     with c.loop(b.m) as k:
         i = position(k)
@@ -177,7 +165,6 @@ def _is_last(c: Code, b: Block, position: Callable[[Value], Value]) -> Value:
 def _linear(c: Code, frame: Value, record: Value) -> None:
     """residual(x) = residual(0) + J*x: the unknowns at once, the states as given."""
     b = Block(frame, record)
-    right = b.matrix.at(b.m * b.m)
     mode = b.numbers.load(INT, Number.MODE)
     with c.when(b.below):
         with c.when(mode.equals(0)), c.loop(b.m) as k:
@@ -194,11 +181,7 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
     def position(k: Value) -> Value:
         return c.select(b.below, b.solved.load(INT, k), k)
 
-    with c.loop(b.m) as i:
-        right.store(b.residuals.load(REAL, i), i)
-        with c.loop(b.m) as k:
-            b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
-    _eliminate(c, b, right, frame, record)
+    _eliminate(c, b, position, frame, record)
     with c.loop(b.m) as k:
         b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
     c.give(DONE)
@@ -207,16 +190,26 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
 def _eliminate(
     c: Code,
     b: Block,
-    right: Value,
+    position: Callable[[Value], Value],
     frame: Value,
     record: Value,
     ended: Callable[[], None] | None = None,
 ) -> None:
-    """The change from matrix and right side; where there is none, the function ends, after a
+    """The change from Jacobian and residuals; where there is none, the function ends, after a
     small step or in the top without residuals with success."""
-    flag = c.variable(c.call(FLAG, "pc_solve", b.matrix, right, b.change, b.sizes, b.m), FLAG)
-    with c.when(flag.get().equals(UNSOLVED) & b.modal):
-        flag.set(c.call(FLAG, "pc_open", frame, record))
+    given = (b.jacobian, b.residuals, b.change, b.sizes, b.order)
+    columns = (b.solved, record.load(INT, Record.BELOW))
+    flag = c.variable(c.call(FLAG, "pc_again", *given, *columns, b.m, b.n), FLAG)
+    with c.when(~flag.get().equals(MORE)):
+        right = b.matrix.at(b.m * b.m)
+        with c.loop(b.m) as i:
+            right.store(b.residuals.load(REAL, i), i)
+            with c.loop(b.m) as k:
+                b.matrix.store(b.jacobian.load(REAL, i * b.n + position(k)), i * b.m + k)
+        found = c.call(FLAG, "pc_solve", b.matrix, right, *given[2:], b.m)
+        flag.set(found)
+        with c.when(found.equals(UNSOLVED) & b.modal):
+            flag.set(c.call(FLAG, "pc_open", frame, record))
     if ended is not None:
         with (
             c.when(flag.get().equals(UNSOLVED)),
@@ -287,122 +280,6 @@ def _finish(c: Code, b: Block) -> None:
     with c.when(far.get().equals(1), leaves=True):
         _fail(c, b)
     c.give(DONE)
-
-
-def solve_function(smalls: Iterable[int] = range(1, SMALL + 1)) -> str:
-    """`smalls` are numbers of unknowns that are eliminated in registers."""
-
-    @function("i32 pc_solve(ptr a, ptr r, ptr x, ptr sizes, i64 m)")
-    def text(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
-        """Gaussian elimination in place; pivots are compared relative to their rows.
-
-        m^3/3 operations, and m*b^2 for a matrix of bandwidth b, whose zeros are skipped.
-        """
-        for small in smalls:
-            with c.when(m.equals(small), leaves=True):
-                _solve_small(c, small, a, r, x, sizes)
-        _solve_any(c, a, r, x, sizes, m)
-
-    return text()
-
-
-def _solve_any(c: Code, a: Value, r: Value, x: Value, sizes: Value, m: Value) -> None:
-    with c.loop(m) as i:
-        largest = c.variable(0.0)
-        with c.loop(m) as k:
-            largest.set(c.largest(largest.get(), c.absolute(a.load(REAL, i * m + k))))
-        # Sums with the right side are not finite when one of the two is not.
-        size = largest.get()
-        with c.when(~((size + c.absolute(r.load(REAL, i))) < 1e300), leaves=True):
-            c.give(NOT_FINITE)
-        with c.when(size.equals(0.0), leaves=True):
-            c.give(UNSOLVED)
-        sizes.store(size, i)
-        x.store(1.0 / size, i)  # exchanged with the rows
-    with c.loop(m) as k:
-        best, most = c.variable(k, INT), c.variable(0.0)
-        with c.loop(m, k) as i:
-            pivot = c.absolute(a.load(REAL, i * m + k)) * x.load(REAL, i)
-            with c.when(pivot > most.get()):
-                best.set(i)
-                most.set(pivot)
-        with c.when(~(most.get() > SINGULAR), leaves=True):
-            c.give(UNSOLVED)
-        p = best.get()
-        with c.when(~p.equals(k)):
-            _exchange(c, a, m, p, k)
-            for array in (r, x):
-                one, two = array.load(REAL, p), array.load(REAL, k)
-                array.store(two, p)
-                array.store(one, k)
-        pivot_row = a.at(k * m)
-        inverse = 1.0 / pivot_row.load(REAL, k)
-        pivot_row.store(inverse, k)
-        end = c.variable(k + 1, INT)  # behind the last entry: narrow bands stay narrow
-        with c.loop(m, k + 1) as j, c.when(~pivot_row.load(REAL, j).equals(0.0)):
-            end.set(j + 1)
-        width = end.get() - k - 1
-        with c.loop(m, k + 1) as i:
-            row = a.at(i * m)
-            factor = row.load(REAL, k) * inverse
-            with c.when(~factor.equals(0.0)):
-                c.subtract(row.at(k + 1), pivot_row.at(k + 1), factor, width)
-                r.store(r.load(REAL, i) - factor * r.load(REAL, k), i)
-    with c.loop(m) as back:
-        i = m - 1 - back
-        total = c.variable(r.load(REAL, i))
-        row = a.at(i * m)
-        with c.loop(m, i + 1) as j:
-            total.set(total.get() - row.load(REAL, j) * x.load(REAL, j))
-        x.store(total.get() * row.load(REAL, i), i)
-    c.give(MORE)
-
-
-def _solve_small(c: Code, m: int, a: Value, r: Value, x: Value, sizes: Value) -> None:
-    """Elimination for a known number of unknowns, in registers and without branches: in half the
-    time."""
-    rows = [[*(a.load(REAL, i * m + k) for k in range(m)), r.load(REAL, i)] for i in range(m)]
-    size = [reduce(c.largest, map(c.absolute, row[:m])) for row in rows]
-    finite = [s + c.absolute(row[m]) < 1e300 for s, row in zip(size, rows, strict=True)]
-    with c.when(~reduce(and_, finite), leaves=True):
-        c.give(NOT_FINITE)
-    for i in range(m):
-        sizes.store(size[i], i)
-    regular: list[Value] = []
-    inverse: list[Value] = []
-    for k in range(m):
-        for i in range(k + 1, m):
-            more = c.absolute(rows[i][k]) * size[k] > c.absolute(rows[k][k]) * size[i]
-            above, below = [*rows[k], size[k]], [*rows[i], size[i]]
-            for j in range(k, m + 2):
-                above[j], below[j] = (
-                    c.select(more, below[j], above[j]),
-                    c.select(more, above[j], below[j]),
-                )
-            (*rows[k], size[k]), (*rows[i], size[i]) = above, below
-        regular.append(c.absolute(rows[k][k]) > size[k] * SINGULAR)
-        inverse.append(1.0 / rows[k][k])
-        for row in rows[k + 1 :]:
-            factor = row[k] * inverse[k]
-            for j in range(k + 1, m + 1):
-                row[j] = row[j] - factor * rows[k][j]
-    with c.when(~reduce(and_, regular), leaves=True):
-        c.give(UNSOLVED)
-    found: dict[int, Value] = {}
-    for k in reversed(range(m)):
-        total = rows[k][m]
-        for j, known in found.items():
-            total = total - rows[k][j] * known
-        found[k] = total * inverse[k]
-        x.store(found[k], k)
-    c.give(MORE)
-
-
-def _exchange(c: Code, a: Value, m: Value, p: Value, k: Value) -> None:
-    with c.loop(m) as j:
-        one, two = a.load(REAL, p * m + j), a.load(REAL, k * m + j)
-        a.store(two, p * m + j)
-        a.store(one, k * m + j)
 
 
 @function("i32 pc_open(ptr frame, ptr record)", seldom=True)

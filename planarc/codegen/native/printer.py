@@ -41,8 +41,8 @@ from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.formulas import declarations, formula, real
+from planarc.codegen.native.gauss import NOT_FINITE
 from planarc.codegen.native.loops import Loops
-from planarc.codegen.native.newton import NOT_FINITE
 from planarc.codegen.native.reads import counted, reads_of
 from planarc.codegen.native.rolling import SHORTEST_SELDOM, Column, Roll, is_number, is_one, roll
 from planarc.ir.expr import Expr, Op, text

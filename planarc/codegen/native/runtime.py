@@ -4,17 +4,19 @@
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
     pc_past                                                `planarc.runtime.history.History.value`
 
-Newton's method (`newton`), looks at the choice of states (`look`) and what the start needs
-(`differences`), CVODE's steps (`march`). The model's own functions are `printer`'s.
+Newton's method (`newton`) and its elimination (`gauss`), looks at the choice of states (`look`),
+what the start needs (`differences`), CVODE's steps (`march`). The model's own functions are
+`printer`'s.
 """
 
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.differences import difference_functions
+from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
-from planarc.codegen.native.newton import newton_functions, open_frame, solve_function
+from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.runtime.history import DEGREE, TERMS, Memory
@@ -31,10 +33,10 @@ declare i32 @pc_zeros(ptr, double, ptr)
 
 
 def runtime_text(solver: str | None = None) -> str:
-    """The whole module, with another text in the place of `pc_solve` where one is given."""
+    """The whole module, with another text in the place of elimination where one is given."""
     functions = (
         *newton_functions(),
-        solve_function() if solver is None else solver,
+        *(solve_functions() if solver is None else (solver,)),
         look_function(),
         *difference_functions(),
         _states(),
