@@ -57,6 +57,18 @@ class StartForm(Protocol):
         derivatives by the candidates `columns`, a row for each, by differences. `below`: the
         blocks' residuals alone, whatever the top. None where a number is not finite."""
 
+    def root(
+        self,
+        t: float,
+        u: Vector,
+        columns: tuple[int, ...],
+        slots: tuple[int, ...],
+        rows: Sequence[int],
+        wanted: Vector,
+    ) -> Vector | None:
+        """All candidates, of which `columns` are moved until of row 0 of `differences` the numbers
+        at `rows`, as many, are those of `wanted`. None where Newton's method needs help."""
+
 
 class Addresses(Data):
     """Compiled functions of a native kernel as machine addresses, for an integrator in C.

@@ -54,6 +54,15 @@ DEPENDENT: Final = 1e-12
 AGREES: Final = 1e-9
 #: Residual, relative to the sum of its terms, below which a direct solution counts.
 FITS: Final = 1e-11
+#: Of conditions at the start: longest change of an unknown in one step, in its own measure
+#: (radians, metres); residuals that count as zero, per size of their row of slopes and of one that
+#: is smaller than the second; what a step must leave of them at least; and the step that leaves
+#: nothing to be gained.
+LONGEST: Final = 0.5
+SMALL: Final = 1e-10
+SMALLEST_ROW: Final = 1e-3
+LESS: Final = 1 - 1e-4
+ENOUGH: Final = 1e-9
 #: Step of an unknown for a difference, relative to max(1, |x|).
 DIFFERENCE: Final = 1.5e-8
 #: Size of a column of a constraint Jacobian, beside the largest, that is rounding alone.

@@ -20,22 +20,23 @@ from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, functi
 from planarc.codegen.native.newton import open_frame
 from planarc.ir.newton import DIFFERENCE
 
-_HEAD = 5
+#: Numbers of a table before its lists.
+HEAD = 5
 
 
 def difference_functions() -> tuple[str, str]:
     return _point(), _differences()
 
 
-def _counts(table: Value) -> list[Value]:
-    return [table.load(INT, i) for i in range(1, _HEAD)]
+def counts(table: Value) -> list[Value]:
+    return [table.load(INT, i) for i in range(1, HEAD)]
 
 
 @function("i32 pc_point(ptr frame, ptr table, ptr row)", seldom=True)
 def _point(c: Code, frame: Value, table: Value, row: Value) -> None:
     w, _, _, area = open_frame(frame)
-    moved, residuals, initial, variables = _counts(table)
-    places = table.at(moved + _HEAD)
+    moved, residuals, initial, variables = counts(table)
+    places = table.at(moved + HEAD)
     slots = places.at(residuals)
     flag = c.call(FLAG, "pc_evaluate", frame, table.load(INT), row.at(residuals))
     with c.when(~flag.equals(0), leaves=True):
@@ -54,13 +55,13 @@ def _point(c: Code, frame: Value, table: Value, row: Value) -> None:
 @function("i32 pc_differences(ptr frame, ptr table, ptr out)", seldom=True)
 def _differences(c: Code, frame: Value, table: Value, out: Value) -> None:
     w, _, _, _ = open_frame(frame)
-    moved, residuals, initial, variables = _counts(table)
+    moved, residuals, initial, variables = counts(table)
     width = residuals + initial + variables
     first = c.call(FLAG, "pc_point", frame, table, out)
     with c.when(~first.equals(0), leaves=True):
         c.give(first)
     with c.loop(moved) as j:
-        slot, row = table.load(INT, j + _HEAD), out.at((j + 1) * width)
+        slot, row = table.load(INT, j + HEAD), out.at((j + 1) * width)
         x = w.load(REAL, slot)
         size = c.largest(c.absolute(x), c.constant(1.0, REAL)) * DIFFERENCE
         there = c.variable(x + size)

@@ -5,7 +5,7 @@
     pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`) and its elimination (`gauss`), looks at the choice of states (`look`),
-what the start needs (`differences`), CVODE's steps (`march`). The model's own functions are
+what the start needs (`differences`, `root`), CVODE's steps (`march`). The model's own functions are
 `printer`'s.
 """
 
@@ -17,6 +17,7 @@ from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
 from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.root import root_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.runtime.history import DEGREE, TERMS, Memory
@@ -39,6 +40,7 @@ def runtime_text(solver: str | None = None) -> str:
         *(solve_functions() if solver is None else (solver,)),
         look_function(),
         *difference_functions(),
+        root_function(),
         _states(),
         _rhs(),
         _outputs(),

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
+from planarc.ir.newton import SMALL
 from planarc.solve.start import newton
 from planarc.solve.start.branch import nearest_root
 from planarc.solve.start.held import Choice, places
@@ -81,7 +82,7 @@ def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
         return u
     sizes = abs(slopes)
     rough = np.maximum(abs(rows), 4 * float_info.epsilon * (sizes @ abs(u)))
-    least = np.maximum(rough, newton.SMALL**2 * sizes.max(axis=1, initial=0.0))
+    least = np.maximum(rough, SMALL**2 * sizes.max(axis=1, initial=0.0))
     moved = abs(rows[:, None] + slopes * (u0 - u))
     return np.where(beside & (moved <= least[:, None]).all(axis=0), u0, u)
 

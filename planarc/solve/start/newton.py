@@ -22,24 +22,22 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.data import Data
-from planarc.ir.newton import DIFFERENCE
+from planarc.ir.newton import DIFFERENCE, ENOUGH, LESS, LONGEST, SMALL, SMALLEST_ROW
 from planarc.runtime.differences import one_sided
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
-    #: A function; it may have a method `slopes` for its Jacobian.
+    #: A function; it may have a method `slopes` for its Jacobian, and `root` for its root near a
+    #: guess where that is found without search.
     Residuals: TypeAlias = Callable[[Vector], Vector | None]
     Slopes: TypeAlias = Callable[[Vector], Vector | None]
+    Straight: TypeAlias = Callable[[Vector], "Root | None"]
 
-#: Longest change of an unknown in one step, in its own measure (radians, metres).
-LONGEST = 0.5
 #: A step that leaves less of the residuals was along a straight line.
 STRAIGHT = 1e-3
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-9
-#: Residuals below this, times their size per unit of the unknowns, count as zero.
-SMALL = 1e-10
 #: Parts of a step that are tried, each half the one before; of residuals that are zero but
 #: for rounding only the whole step is.
 MOST_HALVINGS = 25
@@ -89,6 +87,9 @@ def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
     """Newton with least-norm steps and a line search, then Levenberg and Marquardt."""
     import numpy as np
 
+    straight: Straight | None = getattr(f, "root", None)
+    if straight is not None and (found := straight(guess)) is not None:
+        return found
     r = f(guess)
     if r is None:  # perhaps a singular position: begin beside it
         guess = guess + 1e-3 * np.cos(1.0 + 2.0 * np.arange(len(guess)))
@@ -128,7 +129,7 @@ def _size(r: Vector) -> float:
 
 def _vanish(r: Vector, sizes: Vector) -> bool:
     """Whether residuals are zero but for rounding, measured by the rows that move them."""
-    return bool((abs(r) <= SMALL * _at_least(1e-3, sizes)).all())
+    return bool((abs(r) <= SMALL * _at_least(SMALLEST_ROW, sizes)).all())
 
 
 def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
@@ -158,7 +159,7 @@ def _newton(f: Residuals, z: Vector, r: Vector, iterations: int) -> Root:
         z, r = following
         converged = small or _vanish(r, sizes)
         # One step more than needed: quadratic convergence makes it exact to rounding.
-        if not r.any() or (small and longest < 1e-9):
+        if not r.any() or (small and longest < ENOUGH):
             break
     return Root(z, r, converged)
 
@@ -177,7 +178,7 @@ def _line_search(
     for _ in range(tries):
         trial = z + part * step
         value = f(trial)
-        if value is not None and _size(value) < (1 - 1e-4 * part) * size:
+        if value is not None and _size(value) < (1 - (1 - LESS) * part) * size:
             return trial, value
         part *= 0.5
     return None

@@ -66,6 +66,16 @@ class Part:
             pulled *= self._factor
         return values
 
+    def root(self, x: Vector) -> newton.Root | None:
+        """The root near a guess, where machine code finds it."""
+        self._full[self._columns] = x
+        if self._slots:
+            return None
+        point = self._system.root(self._full, self._rows, self._columns)
+        if point is None or (residuals := self._system(point)) is None:
+            return None
+        return newton.Root(point[self._columns], residuals[self._rows], True)
+
     def slopes(self, x: Vector) -> Vector | None:
         self._full[self._columns] = x
         found = self._system.slopes(self._full, self._columns, self._slots)

@@ -133,6 +133,17 @@ class System:
             values[self.fixed_rows.start : self.rows] -= self._wanted
         return values
 
+    def root(self, u: Vector, rows: Sequence[int], columns: Sequence[int]) -> Vector | None:
+        """A point beside `u` at which some rows vanish, with as many candidates moved; None where
+        none is found straight on."""
+        import numpy as np
+
+        if self._form is None or len(rows) != len(columns):
+            return None
+        wanted = np.zeros(self.rows)
+        wanted[self.fixed_rows.start :] = self._wanted
+        return self._form.root(self.t, u, tuple(columns), self._slots, rows, wanted)
+
     # Derivatives
 
     def slopes(

@@ -112,6 +112,8 @@ class NativeKernel(Derived):
         self._call_differences: Callable[[int, int], int] = lambda table, out: differences(
             frame, table, out
         )
+        root = f["pc_root"]
+        self._call_root: Callable[..., int] = lambda *given: root(frame, *given)
 
     @property
     def failed_block(self) -> int:
@@ -236,6 +238,27 @@ class NativeKernel(Derived):
         self.w[self._candidate_slots] = u
         flag = self._call_differences(address(table), address(out))
         return None if flag else out
+
+    def root(
+        self,
+        t: float,
+        u: Vector,
+        columns: tuple[int, ...],
+        slots: tuple[int, ...],
+        rows: Sequence[int],
+        wanted: Vector,
+    ) -> Vector | None:
+        table, width = self._tables(columns, slots, not (slots or len(self._initial)))
+        m = len(columns)
+        out, places = np.empty((1 + m) * width + m * (m + 5)), np.array(rows, np.int64)
+        self._begin()
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        given = (table, places, wanted, out)
+        if self._call_root(*map(address, given), m):
+            return None
+        found: Vector = self.w[self._candidate_slots]
+        return found
 
     def _tables(
         self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
