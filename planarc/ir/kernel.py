@@ -69,6 +69,11 @@ class StartForm(Protocol):
         """All candidates, of which `columns` are moved until of row 0 of `differences` the numbers
         at `rows`, as many, are those of `wanted`. None where Newton's method needs help."""
 
+    def motions(self, t: float, u: Vector, slots: tuple[int, ...], part: float) -> Vector | None:
+        """An orthonormal basis, in columns, of what changes none of row 0 of `differences`, to
+        first order; rows below this part of the longest depend on others. None where singular
+        values must tell."""
+
 
 class Addresses(Data):
     """Compiled functions of a native kernel as machine addresses, for an integrator in C.

@@ -63,6 +63,9 @@ SMALL: Final = 1e-10
 SMALLEST_ROW: Final = 1e-3
 LESS: Final = 1 - 1e-4
 ENOUGH: Final = 1e-9
+#: Factor by which what tells of a rank must be away from where it changes, to be trusted without
+#: singular values.
+CLEAR: Final = 1e2
 #: Step of an unknown for a difference, relative to max(1, |x|).
 DIFFERENCE: Final = 1.5e-8
 #: Size of a column of a constraint Jacobian, beside the largest, that is rounding alone.

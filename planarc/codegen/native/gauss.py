@@ -136,7 +136,7 @@ def _in_order(
         fits.append(pivot > size[k] * SINGULAR)
         for i in range(k + 1, m):
             here, there = pivot * size[i], c.absolute(rows[i][k]) * size[k]
-            fits.append((there < here) | (there.equals(here) & (order[k] < order[i])))
+            fits.append((there < here) | ((there <= here) & (order[k] < order[i])))
         inverse.append(1.0 / rows[k][k])
         for i in range(k + 1, m):
             factor = rows[i][k] * inverse[k]

@@ -5,8 +5,8 @@
     pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`) and its elimination (`gauss`), looks at the choice of states (`look`),
-what the start needs (`differences`, `root`), CVODE's steps (`march`). The model's own functions are
-`printer`'s.
+what the start needs (`differences`, `root`, `motions`), CVODE's steps (`march`). The model's own
+functions are `printer`'s.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
+from planarc.codegen.native.motions import motions_function
 from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.codegen.native.root import root_function
 from planarc.codegen.native.sweeps import sweep_function
@@ -41,6 +42,7 @@ def runtime_text(solver: str | None = None) -> str:
         look_function(),
         *difference_functions(),
         root_function(),
+        motions_function(),
         _states(),
         _rhs(),
         _outputs(),

@@ -374,5 +374,4 @@ class Cvode(Integrator):
         )
 
     def close(self) -> None:
-        self._total = self.counts()
         self._session.close()

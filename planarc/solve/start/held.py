@@ -176,8 +176,10 @@ class _Span:
 
 def free_motions(system: System, point: Vector) -> Vector | None:
     """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
-    jacobian = system.slopes(point)
-    return None if jacobian is None else newton.kernel_of(jacobian, _CLOSED)
+    found = system.motions(point, _CLOSED)
+    if found is None and (jacobian := system.slopes(point)) is not None:
+        found = newton.kernel_of(jacobian, _CLOSED)
+    return found
 
 
 class Weakness(Data):

@@ -144,6 +144,10 @@ class System:
         wanted[self.fixed_rows.start :] = self._wanted
         return self._form.root(self.t, u, tuple(columns), self._slots, rows, wanted)
 
+    def motions(self, u: Vector, part: float) -> Vector | None:
+        """`newton.kernel_of` all conditions, where machine code tells it."""
+        return None if self._form is None else self._form.motions(self.t, u, self._slots, part)
+
     # Derivatives
 
     def slopes(

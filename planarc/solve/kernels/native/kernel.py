@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     Indices = NDArray[np.intp]
 
 
+#: Candidates up to which motions are found sooner by machine code than by LAPACK.
+_LARGEST = 32
+
+
 @lru_cache(maxsize=8)
 def _engine(code: bytes) -> Engine:
     return Engine(code)
@@ -112,8 +116,9 @@ class NativeKernel(Derived):
         self._call_differences: Callable[[int, int], int] = lambda table, out: differences(
             frame, table, out
         )
-        root = f["pc_root"]
+        root, motions = f["pc_root"], f["pc_motions"]
         self._call_root: Callable[..., int] = lambda *given: root(frame, *given)
+        self._call_motions: Callable[..., int] = lambda *given: motions(frame, *given)
 
     @property
     def failed_block(self) -> int:
@@ -248,17 +253,32 @@ class NativeKernel(Derived):
         rows: Sequence[int],
         wanted: Vector,
     ) -> Vector | None:
-        table, width = self._tables(columns, slots, not (slots or len(self._initial)))
+        table, width = self._conditions(t, u, columns, slots)
         m = len(columns)
         out, places = np.empty((1 + m) * width + m * (m + 5)), np.array(rows, np.int64)
-        self._begin()
-        self.w[0] = t
-        self.w[self._candidate_slots] = u
         given = (table, places, wanted, out)
         if self._call_root(*map(address, given), m):
             return None
         found: Vector = self.w[self._candidate_slots]
         return found
+
+    def motions(self, t: float, u: Vector, slots: tuple[int, ...], part: float) -> Vector | None:
+        n = len(u)
+        if n > _LARGEST:
+            return None
+        table, width = self._conditions(t, u, tuple(range(n)), slots)
+        out, q = np.empty((1 + n) * width), np.empty((n, n))
+        rank = self._call_motions(address(table), address(out), address(q), part)
+        return q[rank:n].T if rank >= 0 else None
+
+    def _conditions(
+        self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
+    ) -> tuple[NDArray[np.int64], int]:
+        """The table of all conditions at the start, for the workspace at `u`."""
+        self._begin()
+        self.w[0] = t
+        self.w[self._candidate_slots] = u
+        return self._tables(columns, slots, not (slots or len(self._initial)))
 
     def _tables(
         self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
