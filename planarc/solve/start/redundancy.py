@@ -13,13 +13,16 @@ Example: a parallelogram with a third bar parallel to the other two. Its four co
 of closing have the rank three, whatever the angle. Without that bar its two conditions have
 the rank one where all bars lie on one line, and two elsewhere.
 
-Promises:  costs one small singular value decomposition where all is well.
+Promises:  costs some multiplications where all is well and loops are small, and else one small
+           singular value decomposition.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
+from operator import mul
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -45,6 +48,8 @@ SUSPECT = 1e-5
 FLAT = 1e-5
 #: Ways by which the mechanism is moved (radians, metres), and the way that it must have got.
 STEPS, MOVED = (0.07, -0.11), 0.01
+#: Conditions up to which Python is faster than NumPy.
+SMALL = 6
 #: A condition takes part in a dependency with at least this weight.
 PART = 0.05
 _WORST = 4
@@ -85,7 +90,10 @@ def _look(system: System, i: int) -> _Look | None:
     """None where the conditions are plainly independent, or have no value."""
     import numpy as np
 
-    matrix = np.array(system.kernel.jacobian(i), dtype=float)
+    rows = system.kernel.jacobian(i)
+    if _are_independent(rows):
+        return None
+    matrix = np.array(rows, dtype=float)
     sizes = _sizes(matrix)
     small = [s < SUSPECT for s in sizes]
     if True not in small:
@@ -93,6 +101,26 @@ def _look(system: System, i: int) -> _Look | None:
     left, _, right = np.linalg.svd(matrix)
     rank = small.index(True)
     return _Look(sizes[-1], np.abs(left[:, rank:]).max(axis=1), right[rank:])
+
+
+def _are_independent(rows: Sequence[Sequence[float]]) -> bool:
+    """Whether no singular value of a few rows can be suspect: their product is that of the
+    distances of each row from what those before it span, and none is larger than `size`."""
+    count, size = len(rows), math.hypot(*chain.from_iterable(rows))
+    if count > SMALL:
+        return False
+    volume, units = 1.0, list[list[float]]()
+    for row in rows:
+        left = list(row)
+        for unit in units:
+            along = sum(map(mul, left, unit))
+            left = [x - along * u for x, u in zip(left, unit, strict=True)]
+        length = math.hypot(*left)
+        if not length > 0.0:
+            return False
+        units.append([x / length for x in left])
+        volume *= length
+    return volume > SUSPECT * size ** (count - 1) * max(1.0, size)
 
 
 def _sizes(matrix: Vector) -> list[float]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import planarc
+from planarc.solve.start import redundancy
 
 PARALLELOGRAM = """
 model Parallelogram "Two or three parallel bars of 0.5 m under a beam of 2 m"
@@ -106,3 +108,20 @@ def test_two_sliders_side_by_side_are_named_before_they_run() -> None:
     assert "`a` and `b` hold the same motion twice" in diagnostic.message
     assert diagnostic.hint is not None
     assert "freer joint" in diagnostic.hint
+
+
+@pytest.mark.parametrize("exponent", range(-9, 1))
+def test_rows_said_to_be_independent_have_no_suspect_singular_value(exponent: int) -> None:
+    random = np.random.default_rng(exponent + 9)
+    said = []
+    for m in range(1, redundancy.SMALL + 1):
+        for size in (1e-3, 1.0, 1e3):
+            rows = random.normal(size=(m, m + 1))
+            rows[-1] = rows[0] + 10.0**exponent * rows[-1] if m > 1 else rows[-1]
+            plain = redundancy._are_independent((size * rows).tolist())
+            said.append(plain)
+            if plain:
+                assert redundancy._sizes(size * rows)[-1] >= redundancy.SUSPECT
+    assert any(said) and (exponent > -6 or not all(said))
+    assert not redundancy._are_independent([[1.0, 2.0, np.nan], [0.0, 1.0, 0.0]])
+    assert not redundancy._are_independent([[0.0, 0.0]])
