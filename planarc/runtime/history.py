@@ -45,7 +45,8 @@ class History:
         self.bounds = array("d", [-math.inf, math.inf] * delays)
         self.memory = array("q", [0] * len(Memory))
         self._begins, self._scales, self._terms = array("d"), array("d"), array("d")
-        self.start(0.0, [0.0] * delays)
+        if delays:
+            self.start(0.0, [0.0] * delays)
 
     @property
     def size(self) -> int:

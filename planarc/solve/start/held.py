@@ -91,11 +91,11 @@ class _Outcome(Data):
 def _held_at(system: System, place: Vector) -> _Outcome | None:
     candidates, order = system.program.candidates, system.asking
     others = [f for f in order if isinstance(f, FixedSlot)]
-    slopes = gradients(system, place, others)
+    slopes = gradients(system, place, others) if others else None
     motions = free_motions(system, place)
     if motions is None:
         return None
-    span = _Span(_all_rows(motions, slopes))
+    span = _Span(motions if slopes is None else _all_rows(motions, slopes))
     row = {f: len(candidates) + k for k, f in enumerate(others)}
     taken = [span.add(f if isinstance(f, int) else row[f]) for f in order]
     held = [c.fixed for c in candidates]
