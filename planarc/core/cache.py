@@ -20,6 +20,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -144,7 +145,7 @@ def _stored(root: Path) -> Iterator[tuple[Path, os.stat_result]]:
     """The files that planarc wrote, each with its state."""
     for kind in KINDS:
         if _is_ours(root / kind, stat.S_ISDIR):
-            for path in sorted((root / kind).iterdir()):
+            for path in sorted((root / kind).iterdir(), key=attrgetter("name")):
                 with suppress(OSError):
                     state = path.lstat()
                     if _is_written(path) and stat.S_ISREG(state.st_mode):

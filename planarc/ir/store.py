@@ -9,7 +9,7 @@ the nodes below the data are written as columns, in the order of their numbers:
     arguments     their numbers, one after the other
     texts         those that numbers stand for
 
-and every expression in the data as its number. A compilation leaves many nodes behind
+and every expression in the data as its `Place`. A compilation leaves many nodes behind
 that nothing uses any more; these are not written.
 """
 
@@ -22,10 +22,17 @@ from itertools import islice
 from typing import Any
 
 from planarc.core import plain
+from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Op
 
 #: Operations whose nodes have data.
 _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
+
+
+class Place(Data):
+    """What is written for an expression: its number; -1 for the table."""
+
+    number: int
 
 
 def dumps(value: object, table: Exprs) -> bytes:
@@ -85,11 +92,12 @@ class _Pickler(pickle.Pickler):
         self._table = table
         self.found: set[int] = set()  # numbers of the expressions met so far
 
-    def persistent_id(self, value: object) -> int | None:
+    # Asked once for each object, and never for texts, numbers and containers.
+    def reducer_override(self, value: object) -> Any:
         if isinstance(value, Expr):
             self.found.add(value.id)
-            return value.id
-        return -1 if value is self._table else None
+            return Place, (value.id,)
+        return (Place, (-1,)) if value is self._table else NotImplemented
 
 
 class _Unpickler(plain.PlainReader):
@@ -98,5 +106,9 @@ class _Unpickler(plain.PlainReader):
         self._table = table
         self._nodes = nodes
 
-    def persistent_load(self, key: int) -> Expr | Exprs:
-        return self._table if key < 0 else self._nodes[key]
+    def find_class(self, module: str, name: str) -> Any:
+        found = super().find_class(module, name)
+        return self._at if found is Place else found
+
+    def _at(self, number: int) -> Expr | Exprs:
+        return self._table if number < 0 else self._nodes[number]

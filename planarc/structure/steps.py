@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from planarc.core.data import Data
-from planarc.core.disjoint import DisjointSets
 from planarc.ir.sorted import Assignment, Block, Residual, Step
 from planarc.structure.linear import Degrees
 from planarc.structure.system import System, Systems
@@ -79,12 +78,11 @@ def _bits(mask: int) -> list[int]:
 
 def _group(masks: list[int], count: int) -> list[int]:
     """Disjoint unions of the masks that overlap, and single bits; by their lowest bit."""
-    groups = DisjointSets(range(count))
-    for m in masks:
-        first, *others = _bits(m) or [0]
-        for other in others:
-            groups.join(first, other)
-    return [_union(1 << i for i in members) for members in groups.sets()]
+    groups: list[int] = []
+    for m in filter(None, masks):
+        groups = [*(g for g in groups if not g & m), m | _union(g for g in groups if g & m)]
+    single = (1 << count) - 1 & ~_union(groups)
+    return sorted((*groups, *(1 << i for i in _bits(single))), key=lambda g: g & -g)
 
 
 def _needed(

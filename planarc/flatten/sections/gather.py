@@ -23,7 +23,7 @@ from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.refusal import TooLarge
 from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import type_equations
-from planarc.flatten.sections.home import told_at_home
+from planarc.flatten.sections.home import ToldAtHome
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
@@ -75,7 +75,7 @@ def gather(root: Instance) -> Gathered:
     found.rooting = session.rooting = find_roots(found.joined)
     session.cardinalities = found.joined.cardinalities()
     for instance in found.instances:
-        with told_at_home(instance):
+        with ToldAtHome(instance):
             _equations(instance, found)
         found.declared.extend(declared_of(instance))
     return found
@@ -101,7 +101,7 @@ def _children(instance: Instance) -> list[Node]:
     nodes: list[Node] = []
     for _, element in components(instance):
         try:
-            with told_at_home(instance):
+            with ToldAtHome(instance):
                 node = node_of(inner_half(element))
         except TooLarge:
             raise  # going on would find the same again and again
@@ -150,7 +150,7 @@ def _algorithm(section: syntax.AlgorithmSection, env: Env, found: Gathered) -> N
 def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
     """The flat variable of a leaf; None when its declaration is wrong, which is reported."""
     try:
-        with told_at_home(leaf.parent):
+        with ToldAtHome(leaf.parent):
             attributes = attributes_of(leaf)
             binding = leaf_binding(leaf)
             if binding is not None:

@@ -9,9 +9,6 @@ the library's equation, and the mistake in the modifier of the user's component.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 from msgspec.structs import replace
 
 from planarc.core.data import Data
@@ -34,19 +31,23 @@ class _Home(Data):
     parts: tuple[Part, ...] = ()
 
 
-@contextmanager
-def told_at_home(instance: Instance) -> Iterator[None]:
+class ToldAtHome:
     """A while in which errors of an instance are found; a raised one is told at home, too."""
-    session = instance.session
-    before = len(session.errors)
-    try:
-        yield
-    except PlanarcError as problem:
-        if type(problem) is not PlanarcError:
-            raise
-        raise PlanarcError(homewards(d, instance) for d in problem.diagnostics) from None
-    finally:
-        session.errors[before:] = [homewards(d, instance) for d in session.errors[before:]]
+
+    __slots__ = ("_before", "_instance")
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+
+    def __enter__(self) -> None:
+        self._before = len(self._instance.session.errors)
+
+    def __exit__(self, kind: object, problem: BaseException | None, trace: object) -> None:
+        instance, errors = self._instance, self._instance.session.errors
+        if len(errors) > self._before:
+            errors[self._before :] = [homewards(d, instance) for d in errors[self._before :]]
+        if isinstance(problem, PlanarcError) and type(problem) is PlanarcError:
+            raise PlanarcError(homewards(d, instance) for d in problem.diagnostics) from None
 
 
 def homewards(found: Diagnostic, instance: Instance) -> Diagnostic:
