@@ -14,7 +14,6 @@ from typing import TextIO
 
 from planarc.cli.streams import silence
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.core.render import render_all
 
 
 class Volume(IntEnum):
@@ -79,6 +78,8 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
     found = tuple(d for d in diagnostics if _volume or d.severity is Severity.ERROR)
     if not found:
         return
+    from planarc.core.render import render_all
+
     text = render_all(found, may_colour(sys.stderr), is_verbose())
     if may_colour(sys.stderr):
         _rich_print(text, sys.stderr)

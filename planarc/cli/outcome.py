@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 
 from msgspec import Struct, field
 from msgspec.structs import asdict
 
 from planarc.core.diagnostic import Diagnostic
-from planarc.core.render import in_order, to_json
 
 
 class Outcome(Struct):
@@ -32,6 +30,10 @@ class Outcome(Struct):
 
     def as_json(self) -> str:
         """One JSON object, on one line."""
+        import json
+
+        from planarc.core.render import in_order, to_json
+
         equations = self.equations and dict(zip(("before", "after"), self.equations, strict=True))
         told = {
             "equations": equations,

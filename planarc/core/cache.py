@@ -324,7 +324,7 @@ def _state_of(package: Path) -> str:
         with os.scandir(folders.pop()) as entries:
             for entry in sorted(entries, key=lambda entry: entry.name):
                 if entry.is_dir():
-                    folders.append(entry.path)
+                    folders += [entry.path] if entry.name != "__pycache__" else []
                 elif entry.name.endswith(".py"):
                     state = entry.stat()
                     line = f"{entry.name} {state.st_size} {state.st_mtime_ns}\n"

@@ -17,7 +17,6 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.mend import Declare, Meant, Mend
-from planarc.core.render import render_all
 from planarc.core.source import Span
 
 
@@ -103,6 +102,8 @@ class PlanarcError(Exception):
         return PlanarcError(led_to(warnings, self.diagnostics))
 
     def __str__(self) -> str:
+        from planarc.core.render import render_all
+
         return render_all(self.diagnostics).rstrip("\n")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -112,6 +113,8 @@ class PlanarcError(Exception):
     def _render_traceback_(self) -> list[str]:
         """The lines that a notebook shows instead of a traceback: the user's, and the message."""
         from traceback import extract_tb
+
+        from planarc.core.render import render_all
 
         frames = (f for f in extract_tb(self.__traceback__) if _is_users(f.filename))
         return [

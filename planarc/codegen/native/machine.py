@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import key, target_machine
-from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
 from planarc.runtime.link import PLACES
 
@@ -62,7 +61,13 @@ def _joined(runtime: bytes, text: str) -> bytes:
 @cache
 def _runtime() -> bytes:
     """The runtime's object code; it is the same for all models."""
-    return _kept(("runtime",), lambda: _compiled(runtime_text(), 1, _TIDIED))
+
+    def make() -> bytes:
+        from planarc.codegen.native.runtime import runtime_text
+
+        return _compiled(runtime_text(), 1, _TIDIED)
+
+    return _kept(("runtime",), make)
 
 
 @cache

@@ -21,7 +21,6 @@ from planarc.flatten.tree.nodes import Env, Instance, Scope, Session
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 from planarc.ir.figure import Figure, Formula, Plot, Step
-from planarc.ir.text.expression import expression_text
 from planarc.runtime import elementary
 
 
@@ -54,6 +53,8 @@ def _plot(call: syntax.Call) -> Plot:
         if name := _name(y):
             curves.append(name)
         elif (steps := _steps(y)) is not None:
+            from planarc.ir.text.expression import expression_text
+
             formulas.append(Formula(expression_text(y), tuple(steps)))
             curves.append(formulas[-1].text)
     return Plot(_text(call, "title"), tuple(curves), tuple(formulas))

@@ -41,7 +41,6 @@ from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
-from planarc.ir.text.flat import print_expression
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 
@@ -222,6 +221,8 @@ def _when(node: syntax.WhenEquation, env: Env) -> Equations:
 
 def _expect_once(equations: Equations) -> None:
     """A branch of a when gives each variable one value: its equations have no order (8.3.5.2)."""
+    from planarc.ir.text.flat import print_expression
+
     seen: dict[str, Span] = {}
     for equation in equations:
         if isinstance(equation, flat.Equality) and isinstance(equation.left, flat.Reference):

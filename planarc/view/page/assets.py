@@ -9,13 +9,14 @@ Example: script(*PLAYER, *PLOTS, "page.js") is the whole script of a report.
 from __future__ import annotations
 
 import base64
-import hashlib
 import html
 import json
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from string import Template
+
+from planarc.core.digest import sha256
 
 _HERE = Path(__file__).parent
 _VENDOR = _HERE.parent / "vendor"
@@ -71,7 +72,7 @@ def embed_json(value: object) -> str:
 
 
 def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+    return base64.b64encode(sha256(text.encode())).decode()
 
 
 def _text(path: Path) -> str:
