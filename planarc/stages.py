@@ -138,6 +138,10 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         ]
         if left_out:
             raise PlanarcError(left_out) from None
+        from planarc.insight.misfit import part_of_others
+
+        if (part := part_of_others(dae)) is not None:
+            raise PlanarcError(part) from None
         mechanism = find_mechanism(dae)
         floating = None if mechanism is None else _floating(dae, mechanism)
         if floating is not None:

@@ -86,6 +86,9 @@ class Model(Loaded):
             if hasattr(Result, name) and name[0] != "_":
                 message = f"`Model` has no attribute `{name}`, a result has: write "
                 raise AttributeError(f"{message}`model.simulate().{name}`")
+            if name in ("sweep", "Study"):
+                message = "`Model` has no attribute `{}`, planarc has: write `planarc.sweep(model, "
+                raise AttributeError(message.format(name) + '{"crank.m": [1, 2, 3]})`')
             inside = () if name[0] == "_" else self.parameters
             found = next((p for p in inside if p == name or p.startswith(f"{name}.")), None)
             if found is None:

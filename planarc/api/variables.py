@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Generic, TypeVar
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.prose import shortened
 from planarc.core.unknown import refuse_unknown
 from planarc.ir.kernel import Kernel
@@ -40,6 +40,20 @@ class Variable(Data):
     kind: str
 
 
+def _kept(name: str, way: str) -> UsageError:
+    """The error of who sets a value of a model."""
+    hint = f'give a run another one: simulate({way}={{"{name}": ...}})'
+    return usage_error("C202", f"`{name}` keeps its value: a model never changes", hint=hint)
+
+
+def _refuse_setting(item: Parameter | Variable, field: str, value: object) -> None:
+    raise _kept(item.name, "parameters" if isinstance(item, Parameter) else "start")
+
+
+for _kind in (Parameter, Variable):  # in the place of what frozen structs say
+    type.__setattr__(_kind, "__setattr__", _refuse_setting)
+
+
 Item = TypeVar("Item")
 
 
@@ -55,9 +69,7 @@ class Names(Mapping[str, Item], Generic[Item]):
 
     def __setitem__(self, name: str, value: object) -> None:
         refuse_unknown(self._kind, (name,), self._items)
-        way = "parameters" if self._kind == "parameter" else "start"
-        hint = f'give a run another one: simulate({way}={{"{name}": ...}})'
-        raise usage_error("C202", f"`{name}` keeps its value: a model never changes", hint=hint)
+        raise _kept(name, "parameters" if self._kind == "parameter" else "start")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._items)

@@ -33,12 +33,15 @@ def synonyms(name: str, known: Iterable[str]) -> list[str]:
     """Known names that say the same in the field's words: `hinge.w` for `hinge.omega`."""
     names = set(known)
     head, dot, last = name.rpartition(".")
-    return [m for w in _words().get(last.lower(), ()) if (m := head + dot + w) in names]
+    word = last.lower()
+    meant = _words().get(word) or _words().get(word.replace("_", ""), [])
+    return [m for w in meant if (m := head + dot + w) in names]
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> Meant | None:
     """What a user may have meant; None where nothing is near."""
     names = list(known)
-    ending = [n for n in names if n.endswith(f"_{name}")]  # `frame_b` for `b`
+    ending = [n for n in names if n.endswith((f"_{name}", f".{name}"))]  # `frame_b` for `b`
+    ending.sort(key=lambda n: n.count("."))  # `world.g` for `g`: the outermost first
     found = (synonyms(name, names) or ending)[:most] or nearest(name, names, most)
     return Meant(name, tuple(found)) if found else None

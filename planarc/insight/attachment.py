@@ -135,11 +135,14 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         return None
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
-    if rigid := _rigid_loop(mechanism):
+    rigid = _rigid_loop(mechanism)
+    if rigid:
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
         hint += "rigid: put a fourth joint between two of its parts, unless a structure is meant"
     if welds:
         hint = f"put a joint between {'them' if len(welds) == 1 else 'one pair'}, "
+        if rigid:
+            hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
     return Locked(
         "S322",

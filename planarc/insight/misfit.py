@@ -27,7 +27,7 @@ from planarc.insight.connectors import find_connectors, find_frames, grouped, ow
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
-from planarc.ir.places import own_names, own_part
+from planarc.ir.places import is_own, own_names, own_part
 
 _SHOWN = 4
 
@@ -55,6 +55,25 @@ def explain_misfit(
             hint="connect one of them to another part",
         )
     return _left_open(dae, undetermined, givers)
+
+
+def part_of_others(dae: Dae) -> Diagnostic | None:
+    """The message about a model with ends of its own, which other models are to connect: whether
+    its equations fit is seen there."""
+    inside = {v.name for v in dae.variables if v.protected}
+    ends = [n for n in find_connectors(v.name for v in dae.variables) if "." not in n]
+    ends = [n for n in ends if not any(owner(v) == n for v in inside)]
+    if not ends:
+        return None
+    shown, name = shortened([f"`{end}`" for end in ends], _SHOWN), dae.name.rpartition(".")[2]
+    return Diagnostic(
+        "S303",
+        f"`{dae.name}` is a part for other models: its own {shown} {be(len(ends))} connected to "
+        "nothing, and its equations do not fit without",
+        next((p.span for p in dae.parts if p.name == ends[0] and is_own(dae, p.span)), dae.span),
+        hint=f"declare `{name} part;` in a model that connects `part.{ends[0]}`, and check that "
+        "model; `planarc check --all` checks parts by themselves",
+    )
 
 
 def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:

@@ -116,3 +116,19 @@ def test_names_of_the_interface_that_are_not_there_name_those_that_are() -> None
         _ = model.simulate().to_dataframe
     with model.stepper() as stepper, pytest.raises(UsageError, match="the model has no inputs"):
         stepper["x"] = 1
+
+
+def test_values_of_a_model_are_given_to_runs() -> None:
+    """Who sets one, as in other tools, is told how a run gets another one."""
+    model = planarc.load(
+        "model M parameter Real m = 1; Real x(start=1); equation der(x) = m; end M;"
+    )
+    with pytest.raises(UsageError, match=r'C202.*\n.*simulate\(parameters=\{"m": ...\}\)'):
+        setattr(model.parameters["m"], "value", 3.0)  # noqa: B010 - a read-only field, for mypy
+    with pytest.raises(UsageError, match=r'simulate\(start=\{"x": ...\}\)'):
+        setattr(model.variables["x"], "start", 3.0)  # noqa: B010
+
+
+def test_functions_of_the_package_are_looked_for_in_a_model() -> None:
+    with pytest.raises(AttributeError, match=r"planarc\.sweep\(model, "):
+        planarc.load(CART).sweep("m", [1, 2])  # type: ignore[attr-defined]

@@ -121,7 +121,12 @@ def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
         node.named, key=lambda a: places.index(a.name) if a.name in places else 99
     ):
         if argument.name not in places:
-            raise error("F290", f"`{name}` has no argument `{argument.name}`", argument.span)
+            hint = None
+            if name in _REDUCTIONS and isinstance(argument.value, syntax.Range) and filled:
+                each, values = filled[0].span.text, argument.value.span.text
+                hint = f"write `{name}({each} for {argument.name} in {values})`"
+            message = f"`{name}` has no argument `{argument.name}`"
+            raise error("F290", message, argument.span, hint=hint)
         filled.append(argument.value)
     return filled
 

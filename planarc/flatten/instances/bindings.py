@@ -57,7 +57,9 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
         if leaf.binding is not None:
             if not conforms(leaf.type, leaf.binding.type) and _is_sized_by_broken(leaf):
                 raise silent()
-            expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`")
+            part = leaf.parent.element
+            shared = part is not None and part.definition.prefixes.inner
+            expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`", single=shared)
     except BaseException:
         leaf.binding_state = State.BROKEN
         raise

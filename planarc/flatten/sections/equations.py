@@ -34,7 +34,14 @@ from planarc.flatten.functions.calls import (
 )
 from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
-from planarc.flatten.terms.conform import expect, scalar_count, type_text, unify
+from planarc.flatten.terms.conform import (
+    base_conforms,
+    expect,
+    scalar_count,
+    shape_hint,
+    type_text,
+    unify,
+)
 from planarc.flatten.tree.nodes import Env, Instance
 from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.references import resolve
@@ -71,12 +78,22 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
         hint = None
         if bool(left.type.dims) is not bool(right.type.dims) and "*" in node.span.text:
             hint = "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
+        elif base_conforms(left.type, right.type) or base_conforms(right.type, left.type):
+            hint = _sizes(left, right)
         message = f"the sides of the equation have different types: {types}"
         raise error("F300", message, node.span, hint=hint)
     whole = isinstance(left, flat.Reference) and left.type.base is flat.Base.INTEGER
     if whole and not isinstance(right, flat.Reference):  # `i = x` may say what x is
         expect(left.type, right, f"the value of `{node.left}`")
     return (flat.Equality(node.span, env.component, left, right),)
+
+
+def _sizes(left: flat.Expression, right: flat.Expression) -> str | None:
+    """What to do about a side that is written out, and has not the size of the other one."""
+    for written, other in ((right, left), (left, right)):
+        if isinstance(written, flat.Array):
+            return shape_hint(other.type, written.type, written.span)
+    return None
 
 
 def _refuse_connectors(node: syntax.Equality, env: Env) -> None:
@@ -156,6 +173,8 @@ def _if_of(
             numbers = ", ".join(map(str, sorted(counts)))
             message = f"the branches of `if` have different numbers of equations: {numbers}"
             hint = _jump(branches, otherwise) or "give all branches, `else` too, as many equations"
+            if branches[0][0].span.text.replace(" ", "") == "initial()":
+                hint = "write what holds at the start only in a section `initial equation`"
             raise error("F305", message, node.span, hint=hint)
     return (flat.IfEquation(node.span, env.component, tuple(branches), otherwise),)
 

@@ -56,14 +56,18 @@ def conforms(expected: flat.Type, actual: flat.Type) -> bool:
 
 
 def expect(
-    expected: flat.Type, value: flat.Expression, what: str, span: Span | None = None
+    expected: flat.Type,
+    value: flat.Expression,
+    what: str,
+    span: Span | None = None,
+    single: bool = False,
 ) -> None:
-    """Refuse a value that does not have the expected type."""
+    """Refuse a value that does not have the expected type; `single`: of what there is but one."""
     if not conforms(expected, value.type):
-        raise mismatch(expected, value.type, what, span or value.span)
+        raise mismatch(expected, value.type, what, span or value.span, single)
 
 
-def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
+def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
     """What a user means who gives a number or a vector of another length."""
     size = expected.dims[0] if len(expected.dims) == 1 else None
     short = size is not None and 0 < size < 5  # a size may be anything that a user writes
@@ -84,6 +88,8 @@ def _shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | Non
         return (
             f"{hint}, or `transpose({span.text})`" if hint and turned and _is_short(span) else hint
         )
+    if size and actual.dims == (1, size) and _is_short(span):  # `[0, -1]`
+        return f"brackets make a matrix: write `{{{span.text.strip('[] ')}}}`"
     if not size or len(actual.dims) != 1:
         return None
     comma = re.search(r"\b(\d+),(\d+)\b", span.text)
@@ -97,10 +103,19 @@ def _is_short(span: Span) -> bool:
     return len(span.text) < 50 and "\n" not in span.text
 
 
-def mismatch(expected: flat.Type, actual: flat.Type, what: str, span: Span) -> PlanarcError:
-    hint = _shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
+def mismatch(
+    expected: flat.Type, actual: flat.Type, what: str, span: Span, single: bool = False
+) -> PlanarcError:
+    hint = shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
     several = re.fullmatch(r"the value of `(\w+)\.(\w+)`", what)
-    if hint and several and not expected.dims and len(actual.dims) == 1 and actual.dims[0]:
+    if (
+        hint
+        and several
+        and not single
+        and not expected.dims
+        and len(actual.dims) == 1
+        and actual.dims[0]
+    ):
         part, name = several.groups()
         hint += f", or declare {actual.dims[0]} of them: `{part}[{actual.dims[0]}]({name}=...)`"
     if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):

@@ -160,8 +160,15 @@ def _offered(members: Members, parameters: bool) -> str | None:
         and not (d.prefixes.protected or d.prefixes.final or d.prefixes.outer)
         and (d.variability is syntax.Variability.PARAMETER) is parameters
     ]
+    # Those that need a value are what a part is about; then those of the class before its bases'.
+    names.sort(key=lambda n: (_has_value(members[n][1]), members[n][0]))
     kind = "parameters are" if parameters else "elements are"
     return f"its {kind} {shortened([f'`{n}`' for n in names], _MOST_OFFERED)}" if names else None
+
+
+def _has_value(declaration: syntax.Declaration) -> bool:
+    modification = isinstance(declaration, syntax.Component) and declaration.modification
+    return bool(modification and modification.binding)
 
 
 _MOST_OFFERED = 8

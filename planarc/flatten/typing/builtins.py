@@ -45,7 +45,9 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
     rule = rule_of(name)
     if not rule.least <= len(arguments) <= rule.most:
         meant = f"{name}{len(arguments)}"  # `atan2` for `atan` of two
-        hint = Meant(name, (meant,)) if is_name(meant) else None
+        hint: Meant | str | None = Meant(name, (meant,)) if is_name(meant) else None
+        if name == "der" and len(arguments) > 1:
+            hint = "declare a variable for the first derivative, `v = der(x)`, and write `der(v)`"
         message = f"`{name}` takes {_wanted(rule)}, not {len(arguments)}"
         raise error("F290", message, span, hint=hint)
     for argument in arguments:

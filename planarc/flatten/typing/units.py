@@ -15,17 +15,19 @@ Reference: Modelica Language Specification 3.6, chapter 19.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
+from math import isclose
 from typing import TypeAlias
 
 from msgspec import Struct, field
 
 from planarc.core import unit
-from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.core.quantity import measure
+from planarc.core.diagnostic import Diagnostic, Once, Severity, UsageError
+from planarc.core.quantity import in_unit, measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
@@ -239,6 +241,32 @@ class Checker(Struct):
             if value is not None:
                 names = f"`{variable.name}` and its {what}"
                 self.agree(names, own, self.of(value), value.span)
+                self.text_behind(variable, what, value)
+
+    def text_behind(self, variable: flat.Variable, what: str, value: flat.Expression) -> None:
+        """A unit in quotes behind a number, `1500 "rpm"`, which is a description."""
+        text = value.span.source.text
+        found = _TEXT_BEHIND.match(text, value.span.end)
+        number = re.fullmatch(r"[-+]?[\d.]+([eE][-+]?\d+)?", value.span.text)
+        own = variable.attributes.unit
+        if found is None or number is None or unit.parse(own) is None:
+            return
+        try:
+            meant = in_unit(variable.name, f"{number[0]} {found[1]}", own)
+        except UsageError:  # another text, or a unit of something else
+            return
+        if meant is None or isclose(meant, float(number[0]), rel_tol=_SAME_SCALE):
+            return
+        text_span = value.span._replace(start=found.start(1) - 1, end=found.end(1) + 1)
+        message = f'the {what} of `{variable.name}` is {number[0]} {own}: the text "{found[1]}" '
+        message += "behind it is a description, which converts nothing"
+        hint = f"write `{meant:.6g}`, which is {number[0]} {found[1]} in {own}"
+        kind = f"{text_span.source.name}:{text_span.start}"
+        self.found.append(Once("F330", message, text_span, Severity.WARNING, hint=hint, kind=kind))
+
+
+#: A text right behind a value.
+_TEXT_BEHIND = re.compile(r'\s*"([^"\s]{1,12})"')
 
 
 def _agree(a: Dimension, b: Dimension) -> bool:

@@ -9,9 +9,10 @@ Example: `s += x` is no statement; what is meant is `s := s + x`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
-from planarc.core.diagnostic import Diagnostic
-from planarc.core.mend import Write
+from planarc.core.diagnostic import Diagnostic, Once
+from planarc.core.mend import Insert, Write
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.trouble import Repair, Trouble, instead
 
@@ -259,6 +260,45 @@ def _other_branch(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     return Diagnostic("P101", message, token.span, hint=hint, related=trouble.opening)
 
 
+def _value_of_return(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `return 2*x;`."""
+    word = trouble.previous
+    if word is None or word.type != "RETURN":
+        return None
+    before = trouble.tokens[: trouble.at]
+    outputs = [k for k, token in enumerate(before) if token.type == "OUTPUT"]
+    names = pairwise(before[outputs[-1] + 1 :] if outputs else ())
+    name = next(
+        (b.text for a, b in names if a.type in ("IDENT", "RSQB") and b.type == "IDENT"), "y"
+    )
+    message = "`return` takes no value: a function gives its outputs, which have names"
+    hint = f"assign the value to the output: `{name} := ...;`, and leave `return` out"
+    return Once("P101", message, trouble.token.span, hint=hint, kind="return")
+
+
+def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `bar(SI.Mass m=1)` and `contact(Circle contour1)`."""
+    name, previous, opened = trouble.token, trouble.previous, trouble.open_bracket
+    if name.type != "IDENT" or previous is None or previous.type != "IDENT" or not opened:
+        return None
+    first = trouble.at - 1
+    while trouble.tokens[first - 1].type == "DOT":
+        first -= 2
+    if opened.text != "(" or trouble.tokens[first - 1].text not in ("(", ",", "each", "final"):
+        return None
+    type_ = trouble.tokens[first].span.to(previous.span)
+    if not previous.text[0].isupper():
+        return None
+    kind = f"type {opened.span.start}"
+    if trouble.tokens[trouble.at + 1].text == "=":
+        message = f"a modifier names what `{name.text}` is to be, without its type"
+        hint = f"leave `{type_.text}` out: write `{name.text}=...`"
+        return Once("P101", message, type_, hint=hint, kind=kind)
+    message = f"another class for `{name.text}` is said with `redeclare`"
+    hint = f"write `redeclare {type_.text} {name.text}`"
+    return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
+
+
 _NEAR = 6  # tokens of the next line that may be read before a colon is found wrong
 _OPENS = {"IF": "then", "ELSEIF": "then", "WHEN": "then", "FOR": "loop", "WHILE": "loop"}
 
@@ -304,4 +344,6 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _assigned_expression,
     _trailing_if,
     _other_branch,
+    _value_of_return,
+    _type_in_a_modifier,
 )

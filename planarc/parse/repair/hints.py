@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Once, Related
 from planarc.core.mend import Insert, Meant, Write
 from planarc.core.nearest import nearest
+from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
@@ -201,13 +202,25 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         message = "an annotation is no modifier"
         hint = "write it behind the parentheses, before the `;`"
         return Diagnostic("P101", message, token.span, hint=hint)
-    if token.text == "der" and trouble.open_bracket is not None:
-        message = "`der(...)` is an operator, which no modifier changes"
+    operand = _operand(trouble)
+    if token.text == "der" and (operand or trouble.open_bracket is not None):
+        what = "declaration" if trouble.open_bracket is None else "modifier"
+        message = f"`der(...)` is an operator, which no {what} changes"
         hint = "modify the variable that is equal to it, such as a speed `w` or `v`"
-        return Diagnostic("P101", message, token.span, hint=hint)
+        if trouble.open_bracket is None:
+            hint = "declare a variable that is equal to it, and give that one the start value"
+        return Diagnostic("P101", message, operand or token.span, hint=hint)
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
     return Once("P105", message, token.span, hint=hint, kind=token.text)
+
+
+def _operand(trouble: Trouble) -> Span | None:
+    """The whole of `der(x)`, where the token begins it."""
+    tokens = trouble.tokens[trouble.at : trouble.at + 4]
+    if [t.type for t in tokens[1:]] != ["LPAR", "IDENT", "RPAR"]:
+        return None
+    return tokens[0].span.to(tokens[3].span)
 
 
 def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:

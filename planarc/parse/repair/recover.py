@@ -133,6 +133,8 @@ def _is_echo(error: Diagnostic, errors: list[Diagnostic]) -> bool:
     last = errors[-1].span if errors else None
     if last and error.span and last.start <= error.span.start and error.span.end <= last.end:
         return True
+    if last and error.span and last.text.startswith("der(") and error.span.start == last.end:
+        return True  # what follows an operator in the place of a name
     return isinstance(error, StrayEnd) and any(
         e.span and error.span and e.span.text == error.span.text.split()[-1] for e in errors
     )

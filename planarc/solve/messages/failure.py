@@ -113,8 +113,9 @@ def _worst(
     higher = {c.slot: c.derivative for c in candidates}
     while slot in higher:  # of an angle it is not w = der(phi) that is wrong
         slot = higher[slot]
+    found = candidates[state]
     info = trouble.determining(scene.program, scene.kernel, slot)
-    return None if info is None else (candidates[state].display, info)
+    return found.display, info or EquationInfo("", found.span, owner(found.display))
 
 
 #: How far beyond the last point what cannot be evaluated is looked for, as a part of the
@@ -213,7 +214,10 @@ def _creeps(
 
 
 def _moved_by(worst: tuple[str, EquationInfo] | None) -> str:
-    return f"; `{worst[0]}` was worst, which `{worst[1].text}` moves" if worst else ""
+    if worst is None:
+        return ""
+    by = f", which `{worst[1].text}` moves" if worst[1].text else ""
+    return f"; `{worst[0]}` was worst{by}"
 
 
 def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:

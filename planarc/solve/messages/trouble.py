@@ -111,7 +111,8 @@ def worst_equations(
 def determining(program: Program, kernel: Kernel, slot: int) -> EquationInfo | None:
     """The equation that gives a value: its assignment, or the equation of the block it is
     solved in that depends on it most, compared with what else that one depends on."""
-    for statement in (s for level in (program.parameters, *program.levels) for s in level):
+    told = (program.parameters, *program.levels, program.rest)  # the last: for results only
+    for statement in (s for level in told for s in level):
         lets: Sequence[Statement] = (statement,)
         if isinstance(statement, Solve):
             code = program.blocks[statement.block]

@@ -169,6 +169,10 @@ def _held_against(system: System, rows: Sequence[int], r: Vector) -> NotAssemble
     giver = trouble.determining(system.program, system.kernel, fixed.slot)
     names = [] if giver is None else own_names(system.program, [giver.component])
     by = f"`{names[0]}`, which decides it" if names and names[0] else "what decides it"
+    if names in ([], own_names(system.program, [owner(fixed.display)])):  # its own law, from others
+        others = [c.display for c in system.conditions if c.fixed and c.slot != fixed.slot]
+        others = [name for name in others if not name.startswith(MISFIT)]
+        by = f"what follows from the fixed start of {trouble.names(others)}" if others else by
     found = Diagnostic(
         "R411",
         f"the fixed start value {start:.6g} of `{fixed.display}` contradicts {by}",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import planarc
 from planarc.core.diagnostic import Severity
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.solve.simulate import simulate
@@ -100,3 +101,12 @@ def test_a_singular_mass_is_told_at_the_start(tools: Any) -> None:
     with pytest.raises(PlanarcError, match="R410") as caught:
         run(tools, mechanism)
     assert "without mass" in (caught.value.diagnostics[0].hint or "")
+
+
+def test_a_state_that_no_equation_names_is_shown_where_it_is_declared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fall = "model Fall Real r(start=1), v(start=0); equation der(r) = v; der(v) = -1/r^2; end Fall;"
+    monkeypatch.setattr("planarc.solve.messages.trouble.determining", lambda *_: None)
+    with pytest.raises(planarc.RunStopped, match=r"R420.*was worst\n.*<text>:1:\d"):
+        planarc.load(fall).simulate(stop_time=3.0)

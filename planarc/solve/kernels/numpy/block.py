@@ -279,4 +279,5 @@ def _lessened(size: float, before: float) -> bool:
 
 def _norm(residuals: Sequence[float], sizes: Sequence[float]) -> float:
     """The largest residual, each relative to the size of its row."""
-    return max(abs(r) / s for r, s in zip(residuals, sizes, strict=True))
+    pairs = zip(map(float, residuals), map(float, sizes), strict=True)  # NumPy's would warn
+    return max(abs(r) / s if s else math.inf for r, s in pairs)

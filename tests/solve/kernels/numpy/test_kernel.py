@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from threading import Barrier, Thread, current_thread
 from typing import Any
 
+import numpy as np
 import pytest
 
 import planarc
 from planarc.core.diagnostic import PlanarcError
-from planarc.solve.kernels.numpy import support
+from planarc.solve.kernels.numpy import block, support
 
 DENSE = """model Dense
   Real x[3](each start=1);
@@ -61,3 +63,10 @@ def test_a_line_without_an_equation_serves_the_next_one() -> None:
     with pytest.raises(PlanarcError) as caught:
         planarc.load(text, backend="numpy").simulate(1.0)
     assert "b = sqrt(x - 2.0)" in caught.value.diagnostics[0].message.replace(" 2)", " 2.0)")
+
+
+def test_residuals_beyond_all_bounds_are_compared_quietly() -> None:
+    """NumPy's numbers would warn whoever calls planarc from Python."""
+    with np.errstate(all="raise"):
+        assert block._norm([np.float64(1e308), np.float64(1.0)], [1e-10, 1.0]) == math.inf
+        assert block._norm([np.float64(1.0)], [np.float64(0.0)]) == math.inf
