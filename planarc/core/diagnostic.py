@@ -70,6 +70,10 @@ class UngivenOnce(Ungiven, Once):
     pass
 
 
+class Varies(UngivenOnce):
+    """A variable stands where a value is wanted that never changes; `kind` is its name."""
+
+
 class Loose(Diagnostic):
     """Parts that nothing joins to the ground."""
 

@@ -23,7 +23,7 @@ from contextlib import contextmanager
 from msgspec.structs import replace
 
 from planarc.core.data import without_collection
-from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, error
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, Varies, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.checks.assertions import check_assertions
@@ -176,14 +176,25 @@ def _large_work() -> Iterator[None]:
         sys.setrecursionlimit(limit)
 
 
+def _covers(whole: Span | None, span: Span) -> bool:
+    inside = whole is not None and whole.start <= span.start and span.end <= whole.end
+    return whole is not None and inside and whole.source is span.source
+
+
 def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Each message once, in the order of the source; those without a place last."""
     seen: dict[tuple[object, ...], Diagnostic] = {}
     for d in diagnostics:
-        if isinstance(d, Once):
+        if isinstance(d, Varies):
+            seen.setdefault(("", d.kind), d)
+        elif isinstance(d, Once):
             seen.setdefault((d.code, d.kind), d)
         else:
             seen.setdefault((d.code, d.span) if d.span else (d.code, d.message), d)
+    varying = [d.span for d in diagnostics if isinstance(d, Varies) and d.span is not None]
+    for key, d in list(seen.items()):  # what depends on it has no value, either
+        if d.code == "F305" and any(_covers(d.span, s) for s in varying):
+            del seen[key]
     first_seen: dict[str, int] = {}
     for d in seen.values():
         if d.span is not None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Ungiven, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Ungiven, Varies, error
 from planarc.core.source import Span
 
 
@@ -30,6 +30,12 @@ class NotThere(PlanarcError):
 
 def unknown_value(message: str, span: Span) -> UnknownValue:
     return UnknownValue(Ungiven("F281", message, span))
+
+
+def variable_for_value(message: str, name: str, span: Span) -> UnknownValue:
+    return UnknownValue(
+        Varies("F281", message, span, hint=f"declare `{name}` as a parameter", kind=name)
+    )
 
 
 def too_large(message: str, span: Span | None) -> TooLarge:

@@ -60,6 +60,12 @@ def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
             return symbol  # the value just before the event acts
         message = f"`pre({symbol})` of a continuous variable stands outside of a when-clause"
         hint = "use `pre` on discrete variables, or move the equation into a `when`"
+        if span.text.startswith(("change(", "edge(")):
+            word = span.text.partition("(")[0]
+            message = (
+                f"`{word}` looks at what changes at events only: `{symbol}` moves all the while"
+            )
+            hint = f"compare it, as in `when {symbol} > 0 then`"
         raise error("L306", message, span, hint=hint)
 
     return each(one, a[0])

@@ -109,6 +109,20 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
+    if (
+        len(rivals) > 1
+        and len({(e.span, e.left) for e in rivals}) == 1
+        and rivals[0].left.is_symbol
+    ):
+        what, count = rivals[0].left, len(rivals)
+        return Diagnostic(
+            "S302",
+            f"the loop around this makes {count} equations, all of which decide `{what}`: "
+            f"{counted(surplus, 'equation')} too many",
+            rivals[0].span,
+            hint=f"an equation holds all the while and adds nothing up: write one, such as "
+            f"`{what} = sum(... for i in 1:{count});`, or a loop in an `algorithm`",
+        )
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last) if len(rivals) == 1 else None

@@ -24,7 +24,7 @@ from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.lookup import import_target
-from planarc.flatten.tree.nodes import Element, Instance, Session
+from planarc.flatten.tree.nodes import Element, Instance, Leaf, Session
 from planarc.ir import flat, syntax
 
 #: Settings of an experiment, in the order of the specification.
@@ -44,6 +44,7 @@ def check_unheeded(
     _check_experiment(root, session)
     _check_imports(root, session)
     _check_unconnected(instances, connections, session)
+    _check_inputs_in_a_row(root, connections, session)
     for connection in connections:
         if connection.left == connection.right:
             name = connection.left.name
@@ -74,6 +75,40 @@ def _check_unconnected(
             why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
             message = f"nothing is connected to `{instance.name}`{why}"
             session.warn("F319", message, owner.span)
+
+
+def _check_inputs_in_a_row(
+    root: Instance, connections: Sequence[Connection], session: Session
+) -> None:
+    """An input that is connected to the next one past its block, whose outputs nobody takes."""
+    text = root.cls.definition.span.text
+    for connection in connections:
+        sides = (connection.left, connection.right)
+        if connection.component != root.name or not all(_is_inner_input(s.node) for s in sides):
+            continue
+        for side, other in (sides, sides[::-1]):
+            block = side.node.parent
+            assert block is not None
+            outputs = [
+                f"{block.name}.{name}"
+                for name, element in block.elements.items()
+                if isinstance(leaf := element.node, Leaf)
+                and leaf.causality is syntax.Causality.OUTPUT
+                and not element.protected
+            ]
+            if outputs and not any(re.search(rf"\b{re.escape(name)}\b", text) for name in outputs):
+                message = f"`{side.name}` and `{other.name}` are both inputs, and nothing takes "
+                message += f"`{outputs[0]}`: `{block.name}` does nothing"
+                hint = f"write `connect({outputs[0]}, {other.name});`"
+                session.warn("F319", message, connection.span, hint)
+                break
+
+
+def _is_inner_input(node: Leaf | Instance) -> bool:
+    """Whether a connector is an input of a component."""
+    if not isinstance(node, Leaf) or node.causality is not syntax.Causality.INPUT:
+        return False
+    return node.parent.parent is not None
 
 
 def _declares(owner: Instance, element: Element, connection: Connection) -> bool:

@@ -16,7 +16,9 @@ from __future__ import annotations
 
 from itertools import takewhile
 
-from planarc.core.diagnostic import error
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
@@ -60,11 +62,24 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
             part = leaf.parent.element
             shared = part is not None and part.definition.prefixes.inner
             expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`", single=shared)
-    except BaseException:
+    except BaseException as problem:
         leaf.binding_state = State.BROKEN
+        if isinstance(problem, PlanarcError):
+            raise _with_type(leaf, problem) from None
         raise
     leaf.binding_state = State.DONE
     return leaf.binding
+
+
+def _with_type(leaf: Leaf, problem: PlanarcError) -> PlanarcError:
+    """The same, with the hint of who writes `PI` for `SimpleController.PI`."""
+    first = next(iter(problem.diagnostics), None)
+    if first is None or first.code != "F210" or first.span is None:
+        return problem
+    if first.span.text not in leaf.type.literals:
+        return problem
+    hint = f"write `{type_text(leaf.type)}.{first.span.text}`"
+    return PlanarcError(replace(first, hint=hint, mend=None))
 
 
 def _is_sized_by_broken(leaf: Leaf) -> bool:

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 from msgspec import Struct, field
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import PlanarcError, Varies, error
 from planarc.flatten.connect.inputs import is_given
 from planarc.flatten.connect.joining import Joined, join
 from planarc.flatten.connect.rooting import Rooting, find_roots
@@ -229,9 +229,13 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         flat.Variability.PARAMETER: "parameter",
         flat.Variability.DISCRETE: "discrete variable",
     }[allowed]
+    message = f"the {kind} `{leaf.name}` is bound to an expression that changes with time"
+    if isinstance(binding, flat.Reference) and allowed is flat.Variability.PARAMETER:
+        told = f"declare `{binding.name}` as a parameter, too"
+        raise PlanarcError(Varies("F284", message, binding.span, hint=told, kind=binding.name))
     raise error(
         "F284",
-        f"the {kind} `{leaf.name}` is bound to an expression that changes with time",
+        message,
         binding.span,
         hint=f"a {kind} of `{leaf.parent.cls.name}` keeps its value while the model runs: give it "
         "numbers and parameters"

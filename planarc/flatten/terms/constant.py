@@ -13,10 +13,11 @@ Value: TypeAlias = "float | int | bool | str | list[Value] | dict[str, Value]"
 class NotConstant(Exception):
     """An expression has no value before the run; caught where the evaluator was asked."""
 
-    def __init__(self, reason: str, span: Span | None = None) -> None:
+    def __init__(self, reason: str, span: Span | None = None, variable: str = "") -> None:
         super().__init__(reason)
         self.reason = reason
         self.span = span
+        self.variable = variable  # that stands in the place of a value
 
 
 def to_expression(value: Value, type_: flat.Type, span: Span) -> flat.Expression:

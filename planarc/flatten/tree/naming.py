@@ -81,6 +81,8 @@ _WHOLE = {
     **dict.fromkeys(("int", "integer"), "`Integer`"),
     **dict.fromkeys(("bool", "boolean"), "`Boolean`"),
     **dict.fromkeys(("str", "string"), "`String`"),
+    **dict.fromkeys(("yes", "on", "True", "TRUE"), "`true`"),
+    **dict.fromkeys(("no", "off", "False", "FALSE"), "`false`"),
     "world": "`inner PlanarMultiBody.World world;` among the declarations",
 }
 
@@ -143,7 +145,8 @@ def _switch(slot: tuple[int, syntax.Declaration] | None) -> str | None:
 
 def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:
     message = f"`{owner}` has no element `{name}` to modify"
-    hint = did_you_mean(name, members) or _offered(members, True)
+    values = span is None or re.search(r"\b(start|fixed)\s*=", span.text) is None
+    hint = did_you_mean(name, members) or _offered(members, values)
     return error("F222", message, span, hint=hint)
 
 

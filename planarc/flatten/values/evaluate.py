@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.flatten.refusal import unknown_value
+from planarc.flatten.refusal import unknown_value, variable_for_value
 from planarc.flatten.terms.conform import expect_scalar
 from planarc.flatten.terms.constant import NotConstant, Value, to_expression
 from planarc.flatten.tree.nodes import Env, Leaf, Scope
@@ -38,6 +38,8 @@ def structural_value(expression: flat.Expression, env: Env, what: str) -> Value:
         return _value(expression, env, mark=True)
     except NotConstant as problem:
         message = f"{what} must be known when the model is compiled: {problem.reason}"
+        if problem.variable and problem.span is not None:
+            raise variable_for_value(message, problem.variable, problem.span) from None
         raise unknown_value(message, problem.span or expression.span) from None
 
 

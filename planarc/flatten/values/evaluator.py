@@ -100,7 +100,8 @@ class Evaluator(Struct):
             if leaf is None:
                 raise NotConstant(f"`{e.name}` has no value before the run", e.span)
             if leaf.variability > flat.Variability.PARAMETER:
-                raise NotConstant(f"`{e.name}` is a variable, not a parameter", e.span)
+                reason = f"`{e.name}` is a variable, not a parameter"
+                raise NotConstant(reason, e.span, e.name)
             value = self.leaf_value(leaf)
         if not e.subscripts:
             return value

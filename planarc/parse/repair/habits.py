@@ -8,11 +8,14 @@ Example: `s += x` is no statement; what is meant is `s := s + x`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Once
 from planarc.core.mend import Insert, Write
+from planarc.core.quantity import in_unit
+from planarc.core.unit import parse, unit_text
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.trouble import Repair, Trouble, instead
 
@@ -299,6 +302,18 @@ def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic |
     return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
 
 
+def _row_of_spaces(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `[0 1; 2 3]`."""
+    opened, previous, token = trouble.open_bracket, trouble.previous, trouble.token
+    if opened is None or opened.text != "[" or previous is None:
+        return None
+    if previous.type not in (*NUMBERS, "IDENT") or token.type not in (*NUMBERS, "IDENT"):
+        return None
+    message = f"the values of a row are parted by `,`: `{previous.text}, {token.text}`"
+    hint = "write a row as `[1, 2]`, a matrix as `[1, 2; 3, 4]`"
+    return Once("P101", message, token.span, hint=hint, kind=f"row {opened.span.start}")
+
+
 _NEAR = 6  # tokens of the next line that may be read before a colon is found wrong
 _OPENS = {"IF": "then", "ELSEIF": "then", "WHEN": "then", "FOR": "loop", "WHILE": "loop"}
 
@@ -315,6 +330,12 @@ def unit_hint(number: str, unit: str) -> str:
         return f"write `{number}{_FACTORS[unit]}`: values are in SI units"
     if unit in _SI:
         return f"leave `{unit}` out: values are in SI units"
+    dimension = parse(unit.replace("^", "")) if re.search(r"[/.^]", unit) else None
+    if dimension is not None:
+        value = in_unit(unit, f"{number} {unit}", unit_text(dimension))
+        if value is None or value == float(number):
+            return f"leave `{unit}` out: values are in SI units"
+        return f"write `{value:.6g}`: values are in SI units"
     return "write `*` for a product"
 
 
@@ -346,4 +367,5 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _other_branch,
     _value_of_return,
     _type_in_a_modifier,
+    _row_of_spaces,
 )

@@ -8,6 +8,7 @@ The file is long because slips are many; each is told by one short function, the
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -331,7 +332,9 @@ def _missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if kind == "TIMES" and previous:
         message = f"expected an operator between `{previous.text}` and {shown(token)}"
         number = previous.type in NUMBERS
-        hint = unit_hint(previous.text, token.text) if number else "write `*` for a product"
+        unit = re.match(r"[A-Za-z]+(?:[./*^]?-?\w+)*", token.span.source.text[token.span.start :])
+        written = unit[0] if unit else token.text
+        hint = unit_hint(previous.text, written) if number else "write `*` for a product"
         return Diagnostic("P101", message, token.span, hint=hint)
     word = trouble.text_of(kind)
     message = f"expected `{word}` before {shown(token)}"
