@@ -189,6 +189,10 @@ def _how_to_move(dae: Dae, equation: Equation) -> str | None:
     for side, value in ((equation.left, equation.right), (equation.right, equation.left)):
         owner, _, name = side.name.rpartition(".") if side.is_symbol else ("", "", "")
         if f"{owner}.drivenFlange" in parameters:
+            axis = next((c for c in dae.connections if f"{owner}.axis" in c), ())
+            givers = [c for c in axis if not c.startswith(f"{owner}.")]
+            if givers:
+                return f"remove it: `{givers[0]}` drives `{owner}`, which decides `{side.name}`"
             driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
             if value.op is Op.CONST and not side.order:
                 start = f"`{owner}({name}(start={text(value)}, fixed=true))`"

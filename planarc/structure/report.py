@@ -143,6 +143,17 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
         several = len(parts) > 1
         shown = listed(f"`{part.name}`" for part in parts)
         between = "them" if several else "it and what it is connected to"
+        if not several and (swapped := _open_beside(dae, parts[0])) is not None:
+            end, other, free = swapped
+            yield Held(
+                "S301",
+                f"what {shown} holds is held already: `{end}` is connected to `{other}`, and "
+                f"nothing to `{free}` beside it",
+                parts[0].span,
+                hint=f"connect `{end}` to `{free}`",
+                related=tuple(held[name][1] for name in names),
+            )
+            continue
         yield Held(
             "S301",
             f"what {shown} {'hold' if several else 'holds'} is held already",
@@ -150,6 +161,34 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
             hint=f"remove {'one of them' if several else shown}, or put a joint between {between}",
             related=tuple(held[name][1] for name in names),
         )
+
+
+def _open_beside(dae: Dae, part: Part) -> tuple[str, str, str] | None:
+    """An end of a part, what that is connected to, and an end beside the latter that is open: of
+    a joint whose `support` was taken for its `axis`."""
+    connected = [ends for ends in dae.connections if len(ends) > 1]
+    for ends in connected:
+        for end in (e for e in ends if owner(e) == part.name):
+            for other in (o for o in ends if owner(o) and owner(o) != part.name):
+                beside = (e for e in _ends(dae, owner(other)) if e != other)
+                inside = f"{owner(other)}."
+                outer = [ends for ends in connected if any(not e.startswith(inside) for e in ends)]
+                free = [e for e in beside if not any(e in ends for ends in outer)]
+                if free:
+                    return end, other, free[0]
+    return None
+
+
+def _ends(dae: Dae, component: str) -> list[str]:
+    """The flanges of a component, by their flows."""
+    names = {v.name for v in dae.variables if not v.protected}
+    ends = dict.fromkeys(owner(n) for n in names if n.startswith(f"{component}."))
+    pairs = (("tau", "phi"), ("f", "s"))
+    return sorted(
+        e
+        for e in ends
+        if owner(e) == component and any({f"{e}.{a}", f"{e}.{b}"} <= names for a, b in pairs)
+    )
 
 
 def _driven_by(dae: Dae, part: Part) -> list[Part]:

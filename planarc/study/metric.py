@@ -127,6 +127,10 @@ def _read(text: Any, program: Program) -> Reduction:
         hint = f"write `{method[2]}({method[1]})`" if method[2] in KINDS else None
         message = f"a metric is a name, or a function of one, not `{name}`"
         raise usage_error("C231", message, hint=hint or f"choose among {ticked(KINDS)}")
+    if name.count("(") != name.count(")"):
+        sign = ")" if name.count("(") > name.count(")") else "("
+        message = f"a `{sign}` is missing in the metric `{name}`"
+        raise usage_error("C231", message, hint="write `max(x)`, or the name alone")
     if call is None or call[1] == "der":
         raise unknown_name("variable", name, columns)
     kind, variable = call[1], call[2].strip()

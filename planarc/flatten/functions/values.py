@@ -31,6 +31,7 @@ _OTHERWISE = {
         f"{f}d": f"write `{f}(Modelica.Units.Conversions.from_deg(x))`"
         for f in ("sin", "cos", "tan")
     },
+    **dict.fromkeys(("norm", "magnitude"), "write `sqrt(x*x)` for the length of a vector x"),
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }
 

@@ -14,12 +14,14 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9 and 7.2.
 
 from __future__ import annotations
 
+import re
 from itertools import takewhile
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.nearest import did_you_mean
+from planarc.core.prose import counted
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
 from planarc.flatten.terms.constant import Value
@@ -61,6 +63,7 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
                 raise silent()
             part = leaf.parent.element
             shared = part is not None and part.definition.prefixes.inner
+            _refuse_size_of_another(leaf, leaf.binding)
             expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`", single=shared)
     except BaseException as problem:
         leaf.binding_state = State.BROKEN
@@ -69,6 +72,27 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
         raise
     leaf.binding_state = State.DONE
     return leaf.binding
+
+
+def _refuse_size_of_another(leaf: Leaf, value: flat.Expression) -> None:
+    """Explain a vector that a class sizes by another one, as `q_end[size(q_begin, 1)]`: once for
+    all that are sized so."""
+    definition = leaf.element.definition
+    if conforms(leaf.type, value.type) or not isinstance(definition, syntax.Component):
+        return
+    found = re.fullmatch(
+        r"size\((\w+), *1\)", ", ".join(d.span.text for d in definition.dimensions)
+    )
+    if found is None or not len(leaf.type.dims) == len(value.type.dims) == 1:
+        return
+    part, size = leaf.parent.name, leaf.type.dims[0]
+    other = f"{part}.{found[1]}" if part else found[1]
+    message = (
+        f"`{leaf.name}` has {counted(value.type.dims[0] or 0, 'value')}, but its size is that "
+    )
+    message += f"of `{other}`, which has {size}"
+    hint = f"give `{found[1]}` and all that go with it as many values"
+    raise PlanarcError(Once("F270", message, value.span, hint=hint, kind=f"size {other}"))
 
 
 def _with_type(leaf: Leaf, problem: PlanarcError) -> PlanarcError:

@@ -13,6 +13,7 @@ Reference: Modelica Language Specification 3.6, sections 4.4, 5.6 and 10.1.
 
 from __future__ import annotations
 
+import re
 from itertools import product
 from math import prod
 
@@ -240,6 +241,10 @@ def _refuse_value(made: Instance, modifier: Mod) -> None:
         if binding.default:
             hint = f"write `{value.function} {name}{inside};`"
     message = f"`{name}` is a {kind.value} and takes no value"
+    written = re.search(r"(\w+)\s*=\s*$", binding.span.source.text[: binding.span.start])
+    if written is not None and written[1] != name and isinstance(value, syntax.Ref):
+        message = f"`{written[1]}` is a class, the one of `{name}`, and takes no value"
+        hint = f"write `redeclare {kind.value} {written[1]} = {value}`"
     raise error("F222", message, binding.span, hint=hint)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from planarc.core.diagnostic import error
 from planarc.flatten.instances import bindings
-from planarc.flatten.terms.conform import type_text
+from planarc.flatten.terms.conform import no_scalar, type_text
 from planarc.flatten.tree.modify import type_mod
 from planarc.flatten.tree.nodes import Element, Env, Leaf, Mod, Scope
 from planarc.flatten.typing import references
@@ -30,7 +30,7 @@ def _size(expression: syntax.Expression, scope: Scope, name: str) -> int:
     what = f"the size of `{name}`"
     if typed.type.base is not flat.Base.INTEGER or typed.type.dims:
         message = f"{what} must be an Integer, but is {type_text(typed.type)}"
-        raise error("F255", message, expression.span)
+        raise no_scalar("F255", message, expression.span)
     value = evaluate.structural_value(typed, Env(scope), what)
     assert isinstance(value, int)
     if value < 0:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable
 from math import prod
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.mend import Each
 from planarc.core.prose import counted
 from planarc.core.source import Span
@@ -129,6 +129,15 @@ def mismatch(
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     mend = Each() if expected.dims and not actual.dims else None
     return error("F270", message, span, hint=hint, mend=mend)
+
+
+def no_scalar(code: str, message: str, span: Span) -> PlanarcError:
+    """The error of a vector where one number is wanted; all sizes of a `size(x)` are a vector."""
+    sizes = re.fullmatch(r"size\((\w+)\)", span.text)
+    if sizes is None:
+        return error(code, message, span)
+    hint = f"write `size({sizes[1]}, 1)`: without a number, it gives the sizes of all dimensions"
+    return PlanarcError(Once(code, message, span, hint=hint, kind=f"size {sizes[1]}"))
 
 
 def expect_scalar(

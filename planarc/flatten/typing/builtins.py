@@ -162,7 +162,7 @@ def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.
 def _sample(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if len(arguments) == 1:
         message = "planarc does not support clocks (Modelica specification, section 16)"
-        plain = isinstance(arguments[0], flat.Literal)
+        plain = variability_of(arguments[0], env.session) <= flat.Variability.PARAMETER
         hint = f"write `sample(0, {arguments[0].span.text})` for an interval" if plain else None
         raise error("F299", message, span, hint=hint)
     for argument in arguments:

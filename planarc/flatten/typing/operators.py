@@ -10,7 +10,14 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
-from planarc.flatten.terms.conform import NUMERIC, dims_conform, type_text, unify, unify_dims
+from planarc.flatten.terms.conform import (
+    NUMERIC,
+    dims_conform,
+    no_scalar,
+    type_text,
+    unify,
+    unify_dims,
+)
 from planarc.flatten.tree.nodes import Env
 from planarc.flatten.values import evaluate
 from planarc.ir import flat
@@ -178,7 +185,8 @@ def range_(
     parts = [start, stop] if step is None else [start, step, stop]
     for part in parts:
         if part.type.dims:
-            raise error("F277", f"a range needs scalars, not {type_text(part.type)}", part.span)
+            message = f"a range needs scalars, not {type_text(part.type)}"
+            raise no_scalar("F277", message, part.span)
     type_ = start.type
     for part in parts[1:]:
         common = unify(type_, part.type)

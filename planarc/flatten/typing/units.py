@@ -50,6 +50,7 @@ class Checker(Struct):
 
     units: dict[str, Known]
     functions: dict[str, flat.Function]
+    celsius: frozenset[str] = frozenset()  # variables in `degC`, whose zero is not that of `K`
     found: list[Diagnostic] = field(default_factory=list)
 
     def report(self, what: str, a: Dimension, b: Dimension, span: Span) -> None:
@@ -101,9 +102,14 @@ class Checker(Struct):
     def binary(self, e: flat.Binary) -> Known:
         left, right = self.of(e.left), self.of(e.right)
         match e.op:
+            case "-" | ".-" if self.zeros(e.right, e.left) > 0:
+                self.report_zeros(f"the sides of `{e.op}`", e.span)
+                return left
             case "+" | "-" | ".+" | ".-":
                 return self.agree(f"the sides of `{e.op}`", left, right, e.span)
             case "<" | "<=" | ">" | ">=" | "==" | "<>":
+                if self.zeros(e.left, e.right):
+                    self.report_zeros(f"the sides of `{e.op}`", e.span)
                 self.agree(f"the sides of `{e.op}`", left, right, e.span)
                 return None
             case "*" | ".*":
@@ -113,6 +119,21 @@ class Checker(Struct):
             case "^" | ".^":
                 return self.power(left, e.right)
         return None
+
+    def zeros(self, a: flat.Expression, b: flat.Expression) -> int:
+        """1 where the first of two variables is in `degC` and the second in `K`, -1 where it is the
+        other way round. A temperature in `degC` may well be lowered by a difference in `K`."""
+        if not (isinstance(a, flat.Reference) and isinstance(b, flat.Reference)):
+            return 0
+        known = [self.units.get(e.name) for e in (a, b)]
+        if None in known or known[0] != known[1]:
+            return 0
+        return (a.name in self.celsius) - (b.name in self.celsius)
+
+    def report_zeros(self, what: str, span: Span) -> None:
+        message = f"{what} have different units: one is in `K`, the other in `degC`"
+        hint = "convert by `Modelica.Units.Conversions.from_degC` or `to_degC`"
+        self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
     def combine(
         self,
@@ -209,6 +230,8 @@ class Checker(Struct):
             for a, b in zip(left.items, right.items, strict=False):
                 self.agree(what, self.of(a), self.of(b), e.span)
             return
+        if self.zeros(left, right):
+            self.report_zeros(what, e.span)
         self.agree(what, self.of(left), self.of(right), e.span)
 
     def name(self, variable: flat.Variable) -> None:
@@ -241,6 +264,9 @@ class Checker(Struct):
             if value is not None:
                 names = f"`{variable.name}` and its {what}"
                 self.agree(names, own, self.of(value), value.span)
+                itself = flat.Reference(variable.type, variable.span, variable.name)
+                if self.zeros(itself, value):
+                    self.report_zeros(names, value.span)
                 self.text_behind(variable, what, value)
 
     def text_behind(self, variable: flat.Variable, what: str, value: flat.Expression) -> None:
@@ -314,6 +340,7 @@ def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnosti
     checker = Checker(
         {v.name: measure(v.attributes.unit) for v in model.variables},
         {f.name: f for f in model.functions},
+        frozenset(v.name for v in model.variables if v.attributes.unit == "degC"),
     )
     for variable in model.variables:
         checker.name(variable)
