@@ -232,6 +232,7 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
     message = f"the {kind} `{leaf.name}` is bound to an expression that changes with time"
     if isinstance(binding, flat.Reference) and allowed is flat.Variability.PARAMETER:
         told = f"declare `{binding.name}` as a parameter, too"
+        told += "" if leaf.parent.depth else f", or `{leaf.name}` without the prefix"
         raise PlanarcError(Varies("F284", message, binding.span, hint=told, kind=binding.name))
     raise error(
         "F284",
