@@ -20,7 +20,7 @@ from msgspec import field
 from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.expr import Expr, Exprs, text
+from planarc.ir.expr import Expr, Exprs, Op, postorder, text
 from planarc.ir.flat import Experiment, Part, StateSelect
 
 INITIAL = "$initial"
@@ -94,6 +94,10 @@ class Parameter(Located):
     span: Span = NOWHERE
 
 
+#: Letters that an equation may have where it is shown as it is written.
+_SHORT = 80
+
+
 class Equation(Located):
     """left = right, scalar. `component` is where it stands, "" for the model itself."""
 
@@ -107,6 +111,12 @@ class Equation(Located):
     @property
     def shown(self) -> str:
         """The equation as messages show it."""
+        if self.span is not NOWHERE and any(
+            e.op is Op.EVENT for e in postorder((self.left, self.right))
+        ):
+            written = " ".join(self.span.text.split())  # here relations have names of their own
+            if len(written) < _SHORT:
+                return f"`{written}`"
         return f"`{text(self.left)} = {text(self.right)}`"
 
 

@@ -125,7 +125,7 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         )
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
-    hint = _how_to_move(dae, last) if len(rivals) == 1 else None
+    hint = _how_to_move(dae, last) if surplus == 1 else None
     several = "them" if surplus >= len(rivals) else f"{surplus} of them"
     if len(rivals) > 1 and surplus > 1:
         hint = f"remove {several}, or free what they decide"

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Sequence
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Miscounted, Related
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import counted, shortened
+from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
@@ -32,7 +32,8 @@ from planarc.ir.flatwalk import assigned_in, expressions_in, names_in
 
 class Lack(Data):
     """A component whose class has too few equations, `missing` of them. `flows` are those of its
-    own connectors; `given` is what these, and inputs, have from others."""
+    own connectors; `given` is what these, and inputs, have from others; `free` are connectors that
+    nothing inside of it uses."""
 
     component: str
     class_name: str
@@ -41,6 +42,7 @@ class Lack(Data):
     missing: int
     flows: frozenset[str]
     given: frozenset[str]
+    free: tuple[str, ...] = ()
 
 
 class Imbalance(Data):
@@ -120,12 +122,28 @@ def check_balance(
     sentence = f"`{name}` has {counted(known, 'equation')} for {wanted}"
     off = [i for i in found.instances if _off(i, excess) is not None]
     lack = None
-    if len(off) == 1 and excess[off[0].prefix or ""] < 0:
-        lack = _lack(off[0], -excess[off[0].prefix or ""], leaves.values())
+    kinds = {(i.cls.name, excess[i.prefix or ""]) for i in off}  # two of one class are one mistake
+    if len(kinds) == 1 and excess[off[0].prefix or ""] < 0:
+        written = (e for e in equations if not (isinstance(e, flat.Equality) and e.generated))
+        used = names_in_equations(written).union(
+            side.name
+            for c in connections
+            if c.component == off[0].name
+            for side in (c.left, c.right)
+        )
+        ends = [i for i in found.instances if i.is_connector and i.parent is off[0]]
+        free = tuple(
+            i.element.name
+            for i in ends
+            if i.element
+            and i.name not in used
+            and not any(n.startswith(f"{i.name}.") for n in used)
+        )
+        lack = _lack(off[0], -excess[off[0].prefix or ""], leaves.values(), free)
     return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack)
 
 
-def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf]) -> Lack:
+def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf], free: tuple[str, ...]) -> Lack:
     own = [x for x in leaves if owner_of(x) is instance]
     flows = frozenset(x.name for x in own if x.flow is syntax.Flow.FLOW)
     given = frozenset(
@@ -135,7 +153,7 @@ def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf]) -> Lack:
         or (x.parent.is_connector and x.causality is not syntax.Causality.OUTPUT)
     )
     name, cls = instance.prefix or "", instance.cls
-    return Lack(name, cls.name, cls.span, instance.span, missing, flows, given - flows)
+    return Lack(name, cls.name, cls.span, instance.span, missing, flows, given - flows, free)
 
 
 def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
@@ -143,7 +161,10 @@ def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
     few = counted(lack.missing, "equation")
     message = f"`{lack.class_name}` has {few} too few"
     hint = "write what ties the ends of it together"
-    if names:
+    if lack.free:
+        message += f": nothing inside of it is connected to {both(lack.free)}"
+        hint = f"connect `{lack.free[0]}` to a part of it, or leave it out"
+    elif names:
         shown = shortened([f"`{n}`" for n in names], MAX_NAMED)
         message += f": none of its equations decides {shown}"
         hint = f"write an equation for `{names[0]}`"

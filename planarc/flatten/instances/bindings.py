@@ -20,7 +20,7 @@ from itertools import takewhile
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Once, PlanarcError, error
-from planarc.core.nearest import did_you_mean
+from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.prose import counted
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
@@ -100,9 +100,11 @@ def _with_type(leaf: Leaf, problem: PlanarcError) -> PlanarcError:
     first = next(iter(problem.diagnostics), None)
     if first is None or first.code != "F210" or first.span is None:
         return problem
-    if first.span.text not in leaf.type.literals:
+    name = first.span.text
+    meant = [name] if name in leaf.type.literals else nearest(name, leaf.type.literals)
+    if not meant:
         return problem
-    hint = f"write `{type_text(leaf.type)}.{first.span.text}`"
+    hint = f"write `{type_text(leaf.type)}.{meant[0]}`"
     return PlanarcError(replace(first, hint=hint, mend=None))
 
 

@@ -145,10 +145,16 @@ def _switch(slot: tuple[int, syntax.Declaration] | None) -> str | None:
 
 def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:
     message = f"`{owner}` has no element `{name}` to modify"
+    beside = span and re.search(r"(\w+)\s*\([^()]*\)\s*,\s*$", span.source.text[: span.start])
+    if name in _OF_VARIABLES and beside and beside[1] in members:
+        told = f"it belongs to a variable: write it inside of `{beside[1]}(...)`"
+        return error("F222", message, span, hint=told)
     values = span is None or re.search(r"\b(start|fixed)\s*=", span.text) is None
     hint = did_you_mean(name, members) or _offered(members, values)
     return error("F222", message, span, hint=hint)
 
+
+_OF_VARIABLES = frozenset(("fixed", "start", "min", "max", "nominal", "stateSelect", "unit"))
 
 #: Names of a class, each with its part and declaration.
 Members = Mapping[str, tuple[int, syntax.Declaration]]

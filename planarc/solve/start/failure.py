@@ -121,8 +121,10 @@ def _not_assembled(
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
+    texts = [i.text for row in system.initial_rows if (i := row_info(system, row)) is not None]
+    over = None if loop else too_many_conditions(system, texts)
     held = _held_against(system, rows, root.residuals)
-    if held is not None and not loop:
+    if held is not None and not loop and over is None:
         return held
     parts = _parts(system, rows, columns, root.residuals)
     is_loop = is_closed(system.program, parts)
@@ -132,8 +134,6 @@ def _not_assembled(
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
-    texts = [i.text for row in system.initial_rows if (i := row_info(system, row)) is not None]
-    over = None if loop else too_many_conditions(system, texts)
     if over is not None:
         return _at_home(system.program, over, worst)
     return _at_home(
