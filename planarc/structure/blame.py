@@ -125,7 +125,7 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         )
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
-    hint = _how_to_move(dae, last) if surplus == 1 else None
+    hint = _how_to_move(dae, last, len(rivals) == 1) if surplus == 1 else None
     several = "them" if surplus >= len(rivals) else f"{surplus} of them"
     if len(rivals) > 1 and surplus > 1:
         hint = f"remove {several}, or free what they decide"
@@ -178,8 +178,8 @@ def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | 
     return None
 
 
-def _how_to_move(dae: Dae, equation: Equation) -> str | None:
-    """What a user means who gives a joint's coordinate by an equation."""
+def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
+    """What a user means who gives a joint's coordinate by an equation; `alone`: no other is too many."""
     parameters = {p.name for p in dae.parameters}
     if equation.left.is_symbol and equation.left.name in parameters:
         name, given = equation.left.name, text(equation.right)
@@ -191,6 +191,8 @@ def _how_to_move(dae: Dae, equation: Equation) -> str | None:
         if f"{owner}.drivenFlange" in parameters:
             axis = next((c for c in dae.connections if f"{owner}.axis" in c), ())
             givers = [c for c in axis if not c.startswith(f"{owner}.")]
+            if givers and not alone:
+                return None
             if givers:
                 return f"remove it: `{givers[0]}` drives `{owner}`, which decides `{side.name}`"
             driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
