@@ -115,7 +115,7 @@ class Equation(Located):
             e.op is Op.EVENT for e in postorder((self.left, self.right))
         ):
             written = " ".join(self.span.text.split())  # here relations have names of their own
-            if len(written) < _SHORT:
+            if "=" in written and len(written) < _SHORT:
                 return f"`{written}`"
         return f"`{text(self.left)} = {text(self.right)}`"
 

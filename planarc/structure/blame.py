@@ -179,7 +179,8 @@ def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | 
 
 
 def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
-    """What a user means who gives a joint's coordinate by an equation; `alone`: no other is too many."""
+    """What a user means who gives a joint's coordinate by an equation; `alone`: it is the only one
+    that is too many."""
     parameters = {p.name for p in dae.parameters}
     if equation.left.is_symbol and equation.left.name in parameters:
         name, given = equation.left.name, text(equation.right)
