@@ -106,20 +106,27 @@ define void @px_unstruck(ptr %m) nounwind {
   ret void
 }
 """
-#: What an instance does is marked, too: the time of a run goes into the kernel.
-_TIGHT, _INSTANCE = (
-    "minsize optsize ",
-    re.compile(r"^(define [^@]*@px_\w+\([^)]*\)) nounwind", re.M),
+#: What an instance does is marked, too, and what passes derivatives on: the time of a run goes into
+#: the rest of the kernel. Code that LLVM would put into functions of its own packs better as it is.
+_TIGHT = 'minsize optsize "nooutline" '
+_INSTANCE = re.compile(
+    r"^(define [^@]*@(?:px_\w+|pc_(?:eliminate|pass|ranges|rows|differences))\([^)]*\))"
+    r" nounwind",
+    re.MULTILINE,
 )
 #: What other processors have an instruction for.
 _MAXIMUM = "llvm.maximum.f64"
+#: The least processor of a system, where it is more than the first of its kind: macOS 11 runs on
+#: none without the instructions of Penryn.
+_LEAST = {"x86_64-apple-macosx11.0.0-elf": "penryn"}
 #: Passes of LLVM over code that all models share; they take out, too, what a model has no use for.
+#: Branches stay as they are written: what chooses between numbers without them is longer.
 _PASSES = (
-    *("sroa", "simplify_cfg", "instruction_combine", "simplify_cfg"),
-    *("ipsccp", "dead_arg_elimination", "global_dead_code_eliminate", "simplify_cfg"),
+    *("ipsccp", "sroa", "ipsccp", "dead_arg_elimination", "instruction_combine"),
+    *("global_dead_code_eliminate", "reassociate", "instruction_combine"),
 )
 #: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
-_SMALL = 'noinline minsize optsize "no-jump-tables"="true" '
+_SMALL = f'noinline {_TIGHT}"no-jump-tables"="true" '
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -200,7 +207,7 @@ def _compiled(
     llvm.initialize_all_asmprinters()
     fixed = triple.startswith("wasm")  # there constants have addresses of their own
     machine = llvm.Target.from_triple(triple).create_target_machine(
-        opt=1, reloc="static" if fixed else "pic", codemodel="small"
+        cpu=_LEAST.get(triple, ""), opt=1, reloc="static" if fixed else "pic", codemodel="small"
     )
     text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
     if not triple.startswith("x86"):

@@ -4,8 +4,8 @@ In:   text of LLVM, names that are called from elsewhere
 Out:  the text with the functions alone that these reach
 
 Code that all models share serves those with loops, events and contacts; most need some of it. What
-a model has none of (`without`) is a 0 in its table: told as a constant, LLVM leaves out what is
-done about it.
+a model has none of (`without`) is a 0 or, of places, -1 in its table: told as a constant, LLVM
+leaves out what is done about it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def without(text: str, table: str, numbers: Sequence[int]) -> str:
     """The text, where a `table` of these numbers tells what there is none of."""
 
     def told(found: re.Match[str]) -> str:
-        return found[0] if numbers[int(found[2])] else f"{found[3]} = add i64 0, 0"
+        number = numbers[int(found[2])]
+        return f"{found[3]} = add i64 {number}, 0" if number in (0, -1) else found[0]
 
     return re.sub(_LOADED.format(table), told, text, flags=re.MULTILINE)
 

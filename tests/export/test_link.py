@@ -54,6 +54,9 @@ def test_layout_and_signature_for_macos(platform: str) -> None:
     data, _ = library(platform)
     found = lief.parse(list(data))
     assert lief.MachO.check_layout(found) == (True, "")
+    if platform.startswith("x86_64"):  # which runs what is unsigned
+        assert not found.has_code_signature
+        return
     signature = found.code_signature
     at, size = signature.data_offset, signature.data_size
     assert at + size == len(data)

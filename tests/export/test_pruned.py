@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planarc.export.pruned import calls_in, prune
+from planarc.export.pruned import calls_in, numbers_of, prune, without
 
 TEXT = """
 declare void @pc_far()
@@ -44,3 +44,27 @@ def test_circles_stay_where_one_of_them_is_wanted() -> None:
 
 def test_declarations_are_no_calls() -> None:
     assert calls_in("declare void @far()\n" + TEXT) == {"one", "two", "three", "four", "pc_far"}
+
+
+LOADED = """
+define i64 @one(i64 %a) nounwind {
+  %v1 = getelementptr inbounds i64, ptr @px_plan, i64 1
+  %v2 = load i64, ptr %v1, align 8
+  %v3 = getelementptr inbounds i64, ptr @px_plan, i64 2
+  %v4 = load i64, ptr %v3, align 8
+  %v5 = add i64 %v2, %v4
+  ret i64 %v5
+}
+"""
+
+
+def test_what_there_is_none_of_is_told_as_a_constant() -> None:
+    table = "@px_other = constant [1 x i64] [i64 5]\n@px_plan = constant [3 x i64] [{}]\n"
+    for none in (0, -1):
+        numbers = numbers_of(table.format(f"i64 7, i64 {none}, i64 3"), "px_plan")
+        assert numbers == [7, none, 3]
+        left = without(LOADED, "px_plan", numbers)
+        assert f"%v2 = add i64 {none}, 0\n" in left and "i64 1\n" not in left
+        assert "%v4 = load i64, ptr %v3" in left and "@px_plan, i64 2" in left
+    assert without(LOADED, "px_plan", [0, 7, 3]) == LOADED
+    assert without(LOADED, "px_rules", [0, 0, 0]) == LOADED

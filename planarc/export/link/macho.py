@@ -8,7 +8,8 @@ Out:  bytes
     __LINKEDIT   what is bound and exported, symbols, signature
 
 ARM's macOS runs nothing unsigned; an ad-hoc signature names nobody and holds the hashes of all
-pages. The object is ELF with Apple's calling convention; symbols get Apple's underscore here.
+pages. On x86-64 nothing asks for one, and hashes do not pack. The object is ELF with Apple's
+calling convention; symbols get Apple's underscore here.
 
 Reference: Apple, headers mach-o/loader.h and mach-o/nlist.h, OS X ABI Mach-O File Format
            Reference; Security framework, CSCommon.h and cs_blobs.h.
@@ -38,9 +39,10 @@ _OLDEST = 11 << 16
 def write_library(found: Object, name: str, public: Sequence[str], needed: str) -> bytes:
     """The library `name`."""
     install = f"@rpath/{name}"
+    signs = found.processor == AARCH64
     commands_size = (
-        72 + 80 + 72 + 80 + 72 + 48 + 24 + 80 + 24 + 24 + 16 + _path(install) + _path(needed)
-    )
+        72 + 80 + 72 + 80 + 72 + 48 + 24 + 80 + 24 + 24 + _path(install) + _path(needed)
+    ) + 16 * signs
     code_at = -(-(32 + commands_size) // _HASHED) * _HASHED
     sizing = join(found, lambda length: length)
     data_at = _pages(code_at + len(sizing.code))
@@ -72,7 +74,7 @@ def write_library(found: Object, name: str, public: Sequence[str], needed: str) 
     texts_at = put(texts := _even(texts))
     edit.extend(bytes(-len(edit) % 16))
     signed_at = edit_at + len(edit)
-    signature_size = _signature_size(name, signed_at)
+    signature_size = _signature_size(name, signed_at) if signs else 0
     edit_size = len(edit) + signature_size
 
     text_size = data_at
@@ -92,8 +94,9 @@ def write_library(found: Object, name: str, public: Sequence[str], needed: str) 
         struct.pack("<II", _UUID, 24) + sha256(joined.code).digest()[:16],
         struct.pack("<6I", _BUILD, 24, 1, _OLDEST, _OLDEST, 0),
         _library(_LOAD, needed),
-        struct.pack("<4I", _SIGNATURE, 16, signed_at, signature_size),
     ]  # fmt: skip
+    if signs:
+        commands.append(struct.pack("<4I", _SIGNATURE, 16, signed_at, signature_size))
     size = sum(map(len, commands))
     assert size == commands_size, (size, commands_size)
     processor = _PROCESSOR[found.processor]
@@ -101,7 +104,7 @@ def write_library(found: Object, name: str, public: Sequence[str], needed: str) 
     whole = head + b"".join(commands)
     whole = whole.ljust(code_at, b"\0") + joined.code
     whole = whole.ljust(edit_at, b"\0") + bytes(edit)
-    return whole + _signature(name, whole, text_size, signature_size)
+    return whole + _signature(name, whole, text_size, signature_size) if signs else whole
 
 
 def _segment(
