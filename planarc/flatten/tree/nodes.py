@@ -59,6 +59,8 @@ class Binding(Struct, eq=False):
     #: true for a part of a record whose whole has a value from further outside
     beaten: bool = False
     typed: flat.Expression | None = None
+    #: the expression with its types, once for all members of an array of components
+    whole: list[flat.Expression] = field(default_factory=list)
 
     @property
     def each(self) -> bool:

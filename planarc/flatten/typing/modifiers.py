@@ -23,7 +23,9 @@ def type_binding(binding: Binding, dims: flat.Dims = ()) -> flat.Expression:
     """The expression of a modifier, for its member of an array of components; `dims` are the sizes
     of what it modifies in that member."""
     if binding.typed is None:
-        typed = Env(binding.scope).typed(binding.expression)
+        if not binding.whole:
+            binding.whole.append(Env(binding.scope).typed(binding.expression))
+        (typed,) = binding.whole
         binding.typed = _member_value(typed, binding, dims) if binding.subscripts else typed
     return binding.typed
 
