@@ -11,10 +11,8 @@ from enum import Enum
 
 from planarc.ir.program import Program
 
-#: Steps of the first march, and of the first after a restart, of which nothing is known yet.
+#: Steps of the first march, and of the first after a restart, where relations may switch at once.
 FIRST = 2
-#: Factor by which a march may be longer than the last one.
-GROWTH = 64
 #: Statements that machine code and that Python evaluate in about 0.1 s: Ctrl-C is heard as often.
 WORK_NATIVE, WORK_PYTHON = 1_000_000, 50_000
 #: Most steps of a march, in general and where relations are to be looked at after it.
@@ -41,8 +39,9 @@ class Effort:
 
     def __init__(self, program: Program, native: bool, start: float, span: float) -> None:
         self._most = most_steps(program, native)
+        self._first = min(FIRST, self._most) if program.relations else self._most
         self._span = span
-        self._steps, self._room, self._place = FIRST, STRETCH, start
+        self._steps, self._room, self._place = self._first, STRETCH, start
 
     @property
     def steps(self) -> int:
@@ -50,12 +49,12 @@ class Effort:
         return min(self._steps, self._room)
 
     def restart(self) -> None:
-        """Begin with short marches again."""
-        self._steps = min(FIRST, self._most)
+        """Begin as at the start again."""
+        self._steps = self._first
 
     def take(self, t: float, steps: int) -> float | None:
         """The way of the stretch that ends here, after so many steps more; None within one."""
-        self._steps = min(GROWTH * self._steps, self._most)
+        self._steps = self._most
         self._room -= steps
         if self._room > 0:
             return None

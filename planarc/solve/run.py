@@ -47,6 +47,8 @@ class Run(Begun):
     # On the way
 
     def go(self, progress: Progress | None) -> None:
+        if progress is not None:
+            progress(self.request.start)
         self.march_to(self.request.stop, progress)
         if self.ended is None:
             self._finish()

@@ -70,15 +70,25 @@ def test_results_do_not_depend_on_the_length_of_marches(
         assert runs[0].statistics.steps == other.statistics.steps
 
 
-def test_the_steps_of_marches() -> None:
-    """They grow, are few again after a restart, and never pass the end of a stretch."""
-    program = planarc.load(TURNING).program
-    own = effort.Effort(program, True, 0.0, 1e9)
-    taken = []
-    for _ in range(4):
-        taken.append(own.steps)
-        own.take(0.0, own.steps)
-    assert taken == [2, 128, 8192, effort.STRETCH - 2 - 128 - 8192]
-    assert own.steps == effort.STRETCH
+def taken(text: str, native: bool) -> list[int]:
+    """The steps of marches up to the end of a stretch, and of the one after a restart."""
+    own = effort.Effort(planarc.load(text).program, native, 0.0, 1e9)
+    found, way = [], None
+    while way is None:
+        found.append(own.steps)
+        way = own.take(0.0, own.steps)
     own.restart()
-    assert own.steps == effort.FIRST
+    return [*found, own.steps]
+
+
+def test_the_steps_of_marches() -> None:
+    """They are as many as a tenth of a second takes, never pass the end of a stretch, and are few
+    at the start where relations may switch at once."""
+    assert taken(TURNING, native=True) == [effort.STRETCH] * 2
+    many, rest = divmod(effort.STRETCH, effort.most_steps(planarc.load(TURNING).program, False))
+    assert taken(TURNING, native=False)[many:-1] == [rest] * (rest > 0)
+    switching = TURNING.replace("= y;", "= if y > 0 then y else 2*y;")
+    most = effort.MOST_WITH_RELATIONS
+    first, *others, last, again = taken(switching, native=True)
+    assert (first, set(others), again) == (effort.FIRST, {most}, effort.FIRST)
+    assert last == (effort.STRETCH - first) % most
