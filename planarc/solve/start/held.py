@@ -13,8 +13,8 @@ Example: of a four-bar with three written angles the first is held; it has one f
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -90,14 +90,23 @@ class _Outcome(Data):
 
 def _held_at(system: System, place: Vector) -> _Outcome | None:
     candidates, order = system.program.candidates, system.asking
-    others = [f for f in order if isinstance(f, FixedSlot)]
-    slopes = gradients(system, place, others) if others else None
-    motions = free_motions(system, place)
+    others = {f: k for k, f in enumerate(f for f in order if isinstance(f, FixedSlot))}
+    motions = free_motions(system, place, tuple(f.slot for f in others))
     if motions is None:
         return None
-    span = _Span(motions if slopes is None else _all_rows(motions, slopes))
-    row = {f: len(candidates) + k for k, f in enumerate(others)}
-    taken = [span.add(f if isinstance(f, int) else row[f]) for f in order]
+
+    @cache
+    def beside() -> Vector:
+        """How each other variable changes with each free motion: often nobody asks."""
+        found: Vector = gradients(system, place, tuple(others)) @ motions
+        return found
+
+    def row(item: int | FixedSlot) -> Vector:
+        found: Vector = motions[item] if isinstance(item, int) else beside()[others[item]]
+        return found
+
+    span = _Span(motions.shape[1], row)
+    taken = [span.add(item) for item in order]
     held = [c.fixed for c in candidates]
     extra = []
     for item, independent in zip(order, taken, strict=True):
@@ -106,7 +115,7 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
         else:
             held[item] |= independent
     redundant = tuple(
-        (i, tuple(p for p in span.partners(i) if p < len(candidates)))
+        (i, tuple(p for p in span.partners(i) if isinstance(p, int)))
         for i, independent in zip(order, taken, strict=True)
         if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
     )
@@ -125,13 +134,6 @@ def _closed(system: System, u: Vector) -> Vector | None:
     return u
 
 
-def _all_rows(motions: Vector, gradients: Vector) -> Vector:
-    """How each candidate, then each other variable, changes with each free motion."""
-    import numpy as np
-
-    return np.vstack([motions, gradients @ motions])
-
-
 def places(u: Vector) -> list[Vector]:
     """A guess and two points beside it, the same ones every time."""
     import numpy as np
@@ -141,44 +143,47 @@ def places(u: Vector) -> list[Vector]:
 
 
 class _Span:
-    """The directions already held, among the free motions at one place."""
+    """The directions already held, among so many free motions at one place; `row` tells how
+    something changes with each of these."""
 
-    def __init__(self, motions: Vector) -> None:
+    def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
         import numpy as np
 
-        self._motions = motions
-        self._basis = np.empty((motions.shape[1], motions.shape[1]))
-        self._held: list[int] = []
+        self._row, self._basis = row, np.empty((count, count))
+        self._held: list[int | FixedSlot] = []
 
-    def add(self, i: int) -> bool:
-        """Hold a candidate if it is independent of those held before."""
-        row, count = self._motions[i], len(self._held)
-        if count == len(row):
+    def add(self, item: int | FixedSlot) -> bool:
+        """Hold what is independent of those held before."""
+        count = len(self._held)
+        if count == len(self._basis):
             return False
-        basis = self._basis[:count]
+        row, basis = self._row(item), self._basis[:count]
         rest = row - (basis @ row) @ basis
         length = math.sqrt(rest @ rest)
         if length <= INDEPENDENT:
             return False
         self._basis[count] = rest / length
-        self._held.append(i)
+        self._held.append(item)
         return True
 
-    def partners(self, i: int) -> tuple[int, ...]:
-        """The held candidates that a dependent one follows from."""
+    def partners(self, item: int) -> tuple[int | FixedSlot, ...]:
+        """Those held that a dependent candidate follows from."""
         import numpy as np
 
-        if not self._held or np.linalg.norm(self._motions[i]) < INDEPENDENT:
+        row = self._row(item)
+        if not self._held or np.linalg.norm(row) < INDEPENDENT:
             return ()
-        parts = np.linalg.lstsq(self._motions[self._held].T, self._motions[i], rcond=1e-6)[0]
+        held = np.array([self._row(h) for h in self._held])
+        parts = np.linalg.lstsq(held.T, row, rcond=1e-6)[0]
         return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
 
 
-def free_motions(system: System, point: Vector) -> Vector | None:
-    """An orthonormal basis, in columns, of the changes that keep all rows (to first order)."""
+def free_motions(system: System, point: Vector, slots: tuple[int, ...] = ()) -> Vector | None:
+    """An orthonormal basis, in columns, of the changes that keep all rows (to first order). Where
+    it takes their derivatives, those of other variables are found on the way."""
     found = system.motions(point, _CLOSED)
-    if found is None and (jacobian := system.slopes(point)) is not None:
-        found = newton.kernel_of(jacobian, _CLOSED)
+    if found is None and (slopes := system.slopes(point, None, slots)) is not None:
+        found = newton.kernel_of(slopes[: system.rows], _CLOSED)
     return found
 
 
