@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import error
-from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.solve.once import once
 
@@ -139,10 +139,22 @@ def _columns(program: Program) -> tuple[dict[int, int], NDArray[np.int64]]:
 
 
 @once
-def constants(program: Program) -> tuple[tuple[int, ...], Taker]:
-    """The slots of constants, each once, and what takes their values."""
+def _constants(program: Program) -> tuple[tuple[int, ...], NDArray[np.int64]]:
+    """The slots of constants, each once; and these as an array."""
+    import numpy as np
+
     slots = tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
-    return slots, taker(slots)
+    return slots, np.array(slots, dtype=np.int64)
+
+
+def constants(program: Program, kernel: Kernel) -> dict[int, float]:
+    """The values of constants, by their slots."""
+    import numpy as np
+
+    slots, places = _constants(program)
+    row = np.empty(len(slots))
+    _copier(kernel, places)(row)
+    return dict(zip(slots, row.tolist(), strict=True))
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:

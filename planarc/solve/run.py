@@ -306,7 +306,6 @@ class Run(Begun):
         w = self.kernel.w
         if self.ended is None and self.program.mechanism is None:
             self._warn_of_poles(times, data)
-        slots, pick = constants(self.program)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:
             stored = self.recorder.stored
@@ -320,7 +319,7 @@ class Run(Begun):
             time=times,
             data=data,
             stored=self.recorder.stored,
-            constants=dict(zip(slots, map(float, pick(w)), strict=True)),
+            constants=constants(self.program, self.kernel),
             statistics=Statistics(
                 solver=self.integrator.name,
                 backend=self.backend,
