@@ -106,6 +106,14 @@ def test_the_shell_completes_commands() -> None:
     assert done.stdout.split() == ["simulate"]
 
 
+def test_what_was_promised_for_the_end_is_done() -> None:
+    promise = "import atexit; atexit.register(print, 'done', end='')"
+    program = f"{promise}; from planarc.cli import main; main()"
+    command = [sys.executable, "-c", program, "check", "decay.pmo", "nothing.pmo"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stdout[-4:]) == (2, "done")
+
+
 def test_a_folder_that_may_not_be_written_is_told_before_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
