@@ -23,7 +23,7 @@ from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, V
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.machine import emit_object
-from planarc.codegen.native.printer import ir, slopes_ir
+from planarc.codegen.native.printer import ir, slopes_ir, steps_text
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
 from planarc.export.actions import action_functions, endings, errors, reader, table
@@ -79,7 +79,7 @@ if TYPE_CHECKING:
 #: The derivatives of a model that has none.
 _NOTHING = [len(Head), *(0 for _ in range(len(Head) - 1))]
 _NO_SLOPES = f"""
-@pc_tape_all = constant [{len(Head)} x i64] [{", ".join(f"i64 {n}" for n in _NOTHING)}]
+{steps_text(Scope.ALL, _NOTHING)}
 define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
   ret i32 1
 }}
@@ -147,7 +147,7 @@ declare double @llvm.ceil.f64(double)
 declare double @llvm.maximum.f64(double, double)
 declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
-@pc_tape_all = external constant [0 x i64]
+@pc_steps_all = external constant [0 x i64]
 """
 _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
@@ -170,9 +170,10 @@ def write_texts(
 ) -> tuple[str, ...]:  # fmt: skip
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
-    and steps are explicit."""
-    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL)
-    own = _own(program, image, entries, token, tolerance, slopes)
+    steps are explicit, and the model's own functions are quick rather than small: a page runs them
+    while something is dragged."""
+    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL, True)
+    own = _own(program, image, entries, token, tolerance, slopes, small=derivatives)
     shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
     return shared, _solver(program), own, of_values
 
@@ -247,7 +248,7 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None,
+    slopes: Slopes | None, small: bool,
 ) -> str:  # fmt: skip
     """The model's functions, its tables and its messages."""
     tape = _NOTHING if slopes is None else slopes.tape()
@@ -263,7 +264,7 @@ def _own(
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
         (
-            ir(program),
+            ir(program, small),
             *(text_constant(f"px_{key}", text) for key, text in texts),
             _tables(program, image, plan, tolerance),
             table("px_nodes", _nodes(program, slopes)),

@@ -315,6 +315,7 @@ def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
     nodes, largest = tape[Head.NODES], tape[Head.LARGEST]
     width, stride = (-(-max(n, 1) // CHUNK) * CHUNK for n in (states, largest))
     return {
+        Passing.TAPE: tape[Head.LENGTH],
         Passing.VALUES: tape[Head.ENTRIES],
         Passing.COLUMNS: nodes,
         Passing.MOTIONS: nodes * width,

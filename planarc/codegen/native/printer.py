@@ -36,7 +36,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
-from itertools import chain, compress
+from itertools import chain, compress, pairwise
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
@@ -44,7 +44,15 @@ from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.gauss import NOT_FINITE
 from planarc.codegen.native.loops import Loops
 from planarc.codegen.native.reads import counted, reads_of
-from planarc.codegen.native.rolling import SHORTEST_SELDOM, Column, Roll, is_number, is_one, roll
+from planarc.codegen.native.rolling import (
+    SHORTEST_SELDOM,
+    Column,
+    Roll,
+    is_number,
+    is_one,
+    roll,
+    roll_gathered,
+)
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
@@ -56,8 +64,6 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
-#: Between the numbers of results that are gathered: more than 4 slots of any model.
-_NEXT = 1 << 28
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -68,10 +74,11 @@ declare double @pc_external(i64, i64, i64, ptr)
 """
 
 
-def ir(program: Program) -> str:
-    """The model's module as LLVM text."""
+def ir(program: Program, small: bool = False) -> str:
+    """The model's module as LLVM text; `small`: rather than quick."""
     placement = place(program)
-    section = partial(_Section, program, placement, cache(partial(reads_of, program)))
+    reads = cache(partial(reads_of, program))
+    section = partial(_Section, program, placement, reads, small=small)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
@@ -90,22 +97,31 @@ def ir(program: Program) -> str:
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
 
 
-def slopes_ir(program: Program, slopes: Slopes, scope: Scope) -> str:
+def slopes_ir(program: Program, slopes: Slopes, scope: Scope, small: bool = False) -> str:
     """The module of a program's derivatives: `pc_slopes_*` as `pc_initial`, and `pc_tape_*`
-    (`planarc.ir.derivatives`)."""
+    (`planarc.ir.derivatives`), where it is `small` by its differences."""
     numbers = slopes.tape()
-    row = ", ".join(f"i64 {n}" for n in numbers)
-    tape = f"@pc_tape_{scope.value} = constant [{len(numbers)} x i64] [{row}]\n"
+    tape = steps_text(scope, numbers) if small else _table(f"pc_tape_{scope.value}", numbers)
     lets, taken, results = slopes.named(program.table)
     reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
-    section = _Section(program, place(program), reads, f"pc_slopes_{scope.value}", True, True)
+    section = _Section(program, place(program), reads, f"pc_slopes_{scope.value}", True, True,
+                       small)  # fmt: skip
     return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(lets, taken, results)))
+
+
+def steps_text(scope: Scope, tape: Sequence[int]) -> str:
+    """The constant `pc_steps_*`: how much each number of a tape is more than the one before it."""
+    return _table(f"pc_steps_{scope.value}", [b - a for a, b in pairwise((0, *tape))])
+
+
+def _table(name: str, numbers: Sequence[int]) -> str:
+    row = ", ".join(f"i64 {n}" for n in numbers)
+    return f"@{name} = constant [{len(numbers)} x i64] [{row}]\n"
 
 
 def _records(placement: Placement) -> str:
     numbers = [len(placement.records), *(n for r in placement.records for n in r)]
-    row = ", ".join(f"i64 {n}" for n in numbers)
-    return f"@pc_blocks = constant [{len(numbers)} x i64] [{row}]\n"
+    return _table("pc_blocks", numbers)
 
 
 class _Section:
@@ -113,9 +129,9 @@ class _Section:
 
     def __init__(
         self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
-        name: str, results: bool = False, seldom: bool = False,
+        name: str, results: bool = False, seldom: bool = False, small: bool = False,
     ) -> None:  # fmt: skip
-        self._seldom = seldom
+        self._seldom, self._small = seldom, small
         self._program, self._reads = program, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
@@ -147,7 +163,7 @@ class _Section:
                 out.store(real(c, self._value(e)), i)
                 self._break()
             else:
-                gathered.append(i * _NEXT + place)
+                gathered.append((i, place))
         if gathered:
             self._gather(gathered, out)
         c.give(0)
@@ -166,13 +182,17 @@ class _Section:
         slot = None if e in self._values else self._slot(e)
         return None if slot is None else 4 * slot + negative
 
-    def _gather(self, told: Sequence[int], out: Value) -> None:
+    def _gather(self, told: Sequence[tuple[int, int]], out: Value) -> None:
+        """Results and the sources of their values, which tell how far behind the last one each
+        stands: such numbers pack well."""
         c, loops = self._code, self._loops
-        value = c.variable(0.0)
+        value, last = c.variable(0.0), c.variable(0, INT)
         with loops.run(len(told)):
-            word = loops.word(told)
-            where = word / _NEXT
-            place = word - where * _NEXT
+            where = last.get() + loops.word(
+                [b - a for a, b in pairwise((0, *(i for i, _ in told)))]
+            )
+            last.set(where)
+            place = loops.word([place for _, place in told])
             index, held, negative = place / 4, place / 2 - place / 4 * 2, place - place / 2 * 2
             with c.when(held.equals(0)):
                 value.set(self._w.load(REAL, index))
@@ -226,6 +246,12 @@ class _Section:
         def home(e: Expr) -> int:
             return 2 if e in self._results else int(self._slot(e) is not None)
 
+        def place(e: Expr) -> Expr | int:
+            slot = self._slot(e)
+            return e if slot is None else slot
+
+        if self._small:
+            return roll_gathered(statements, home, place)
         return roll(statements, home, self._seldom)
 
     # Values

@@ -13,7 +13,8 @@ rods in a row:
     x3 := ...
 
 so that LLVM compiles a group once. The order of statements stays, and with it each value
-to the last bit.
+to the last bit. Where code shall be small, as in files that leave the house, equal statements
+are brought together first (`roll_gathered`): each of them stays as it is, and so does its value.
 
 Promises:  groups are equal in operations, exponents and functions, in which leaves are the
            same one, and in which have slots. Numbers are leaves.
@@ -21,12 +22,15 @@ Promises:  groups are equal in operations, exponents and functions, in which lea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cache
+from itertools import accumulate, groupby
+from typing import TypeAlias
 
 from planarc.codegen.certain import is_hidden
+from planarc.codegen.native.gathering import gather
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Op
+from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.program import Let, Statement
 
 #: Lists below this length are left as they are: compiled straight they run a little faster. Of
@@ -36,6 +40,14 @@ SHORTEST, SHORTEST_SELDOM = 200, 24
 FEWEST, LEAST = 2, 12
 #: Groups are not longer, and begin at one of so many next statements that equal the first.
 _LONGEST, _TRIED = 400, 8
+#: What is tried where equal statements are brought together: loops of so many times stay as they
+#: are.
+_KEPT = (6, 1 << 30)
+#: What a loop costs in operations, and a place in its table.
+_LOOP, _ENTRY = 8, 0.2
+#: Statements are brought together where that leaves less than this part of their operations: what
+#: is in registers otherwise goes through memory then.
+_PART = 0.7
 
 _LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
 #: What takes values to a value, wherever it stands: the others read memory or call back.
@@ -73,6 +85,103 @@ def roll(
     value is in one each time."""
     if len(statements) < (SHORTEST_SELDOM if seldom else SHORTEST):
         return statements
+    known, order = _kinds(statements, home), range(len(statements))
+    return _rolled_in(statements, known, order, [1] * len(statements))
+
+
+def roll_gathered(
+    statements: Sequence[Statement],
+    home: Callable[[Expr], int],
+    place: Callable[[Expr], Hashable],
+) -> Sequence[Statement | Roll]:
+    """As `roll`, with equal statements brought together first (`gathering`), in the order that
+    leaves least to compile. `place` tells where a value is kept: what reads there stays behind
+    what sets it. Blocks stay where they are."""
+    out: list[Statement | Roll] = []
+    for is_let, found in groupby(statements, lambda s: isinstance(s, Let)):
+        listed = [*found]
+        rolled = is_let and len(listed) >= SHORTEST_SELDOM
+        out += (
+            _gathered([s for s in listed if isinstance(s, Let)], home, place) if rolled else listed
+        )
+    return out
+
+
+def _gathered(
+    lets: Sequence[Let], home: Callable[[Expr], int], place: Callable[[Expr], Hashable]
+) -> Sequence[Statement | Roll]:
+    known = _kinds(lets, home)
+    weights = [_operations(let) for let in lets]
+    straight = roll(lets, home, seldom=True)
+    best = _rolled_in(lets, known, range(len(lets)), weights)
+    before, first = _before(lets, place), best
+    for fewest in _KEPT:
+        units = _units(first, fewest)
+        unit = [u for u, members in enumerate(units) for _ in members]
+        kinds = [known[0][m[0]] if len(m) == 1 else -u for u, m in enumerate(units, 1)]
+        ahead = [
+            list(dict.fromkeys(unit[b] for i in members for b in before[i] if unit[b] != u))
+            for u, members in enumerate(units)
+        ]
+        order = [i for u in gather(kinds, ahead) for i in units[u]]
+        best = min(best, _rolled_in(lets, known, order, weights), key=_cost)
+    return best if _cost(best) < _PART * _cost(straight) else straight
+
+
+def _units(listed: Sequence[Statement | Roll], fewest: int) -> list[range]:
+    """The statements by their places; those of loops of so many times and more stay together."""
+    units: list[range] = []
+    at = 0
+    for s in listed:
+        length = len(s.statements) if isinstance(s, Roll) else 1
+        if isinstance(s, Roll) and len(s.targets[0]) < fewest:
+            units += [range(i, i + 1) for i in range(at, at + length)]
+        else:
+            units.append(range(at, at + length))
+        at += length
+    return units
+
+
+def _before(lets: Sequence[Let], place: Callable[[Expr], Hashable]) -> list[tuple[int, ...]]:
+    """The statements that each must stand behind: those that set what it reads or sets, and those
+    that read what it sets."""
+    known = cache(place)
+    setters: dict[Hashable, int] = {}
+    readers: dict[Hashable, list[int]] = {}
+    found = []
+    for i, let in enumerate(lets):
+        reads = [known(e) for e in postorder((let.value,)) if e.op in _LEAVES]
+        target = known(let.target)
+        behind = [setters[p] for p in (*reads, target) if p in setters]
+        found.append(tuple(dict.fromkeys((*behind, *readers.pop(target, ())))))
+        for p in reads:
+            if p != target:
+                readers.setdefault(p, []).append(i)
+        setters[target] = i
+    return found
+
+
+def _cost(listed: Sequence[Statement | Roll]) -> float:
+    """About the instructions to compile."""
+    total = 0.0
+    for s in listed:
+        if isinstance(s, Roll):
+            varied = sum(not is_one(column) for columns in s.leaves for column in columns)
+            total += sum(map(_operations, s.body)) + _LOOP + _ENTRY * varied * len(s.targets[0])
+        elif isinstance(s, Let):
+            total += _operations(s)
+    return total
+
+
+def _operations(let: Let) -> int:
+    return 1 + sum(len(e.args) for e in postorder((let.value,)))
+
+
+_Kinds: TypeAlias = "tuple[list[int], list[tuple[Expr, ...]]]"
+
+
+def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int]) -> _Kinds:
+    """The kind of each statement, as a number, and its leaves."""
     numbers: dict[object, int] = {}
     kinds: list[int] = []
     leaves: list[tuple[Expr, ...]] = []
@@ -81,11 +190,21 @@ def roll(
         kind, found = _kind(s, known)
         kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
         leaves.append(found)
+    return kinds, leaves
+
+
+def _rolled_in(
+    statements: Sequence[Statement], known: _Kinds, order: Sequence[int], weights: Sequence[int]
+) -> Sequence[Statement | Roll]:
+    """The statements in this order, rolled where that saves so much of their weights."""
+    until = [0, *accumulate(weights[i] for i in order)]
+    statements = [statements[i] for i in order]
+    kinds, leaves = [known[0][i] for i in order], [known[1][i] for i in order]
     following = _following(kinds)
     out: list[Statement | Roll] = []
     i = 0
     while i < len(statements):
-        length, times = _longest_run(kinds, following, i)
+        length, times = _longest_run(kinds, following, until, i)
         if times:
             out.append(_rolled(statements, leaves, i, length, times))
             i += length * times
@@ -140,8 +259,11 @@ def _following(kinds: Sequence[int]) -> list[int]:
     return found
 
 
-def _longest_run(kinds: Sequence[int], following: Sequence[int], i: int) -> tuple[int, int]:
-    """The group at `i` that saves most: its length, and how often it stands there; else 0."""
+def _longest_run(
+    kinds: Sequence[int], following: Sequence[int], until: Sequence[int], i: int
+) -> tuple[int, int]:
+    """The group at `i` that saves most: its length, and how often it stands there; else 0. The
+    statements before a place weigh together what `until` says."""
     best, end = (0, 0), len(kinds)
     saved = LEAST - 1
     at = following[i]
@@ -153,8 +275,9 @@ def _longest_run(kinds: Sequence[int], following: Sequence[int], i: int) -> tupl
         while behind < end and kinds[behind] == kinds[behind - length]:
             behind += 1
         times = (behind - i) // length
-        if times >= FEWEST and (times - 1) * length > saved:
-            best, saved = (length, times), (times - 1) * length
+        less = (times - 1) * (until[at] - until[i])
+        if times >= FEWEST and less > saved:
+            best, saved = (length, times), less
         at = following[at]
     return best
 

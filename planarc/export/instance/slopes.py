@@ -1,13 +1,14 @@
 """Derivatives of an exported model's values by its states and inputs, exact, in LLVM.
 
+    px_unfold(block)                              the tape, once
     px_seed(block, width)                         nothing moves; states move as told
     px_move(block, place, column, by) -> flag     a state or an input moves; 1 where it is none
     px_pass(block) -> flag                        all motions, through loops by their equations
     px_moved(block, place, column) -> motion      of a value in the workspace
 
 `place` is the address of a value in the workspace, as `px_place` gives it. The model's own are
-the tape `pc_tape_all`, its coefficients `pc_slopes_all`, and `px_nodes`, the node of each slot.
-A model with functions that cannot be differentiated has an empty tape.
+the tape's differences `pc_steps_all`, its coefficients `pc_slopes_all`, and `px_nodes`, the node of
+each slot. A model with functions that cannot be differentiated has an empty tape.
 
 Reference: `codegen.slopes`, `codegen.native.passing`.
 """
@@ -27,12 +28,12 @@ RESTS, UNKNOWN = -1, -2
 
 
 def slope_functions() -> tuple[str, ...]:
-    return (*passing_functions(), _seed(), _move(), _pass(), _moved())
+    return (*passing_functions(), _unfold(), _seed(), _move(), _pass(), _moved())
 
 
 def has_slopes(c: Code) -> Value:
     """Whether the model can be differentiated."""
-    return constant(c, "pc_tape_all").load(INT, Head.NODES) > 0
+    return constant(c, "pc_steps_all").load(INT, Head.LENGTH) > len(Head)
 
 
 def slot_of(c: Code, m: Value, place: Value) -> Value:
@@ -49,12 +50,26 @@ def node_of(c: Code, slot: Value) -> Value:
     return constant(c, "px_nodes").load(INT, slot)
 
 
+@function("void px_unfold(ptr m)")
+def _unfold(c: Code, m: Value) -> None:
+    """The tape from its differences, which pack well."""
+    steps = constant(c, "pc_steps_all")
+    tape = m.load(POINTER, Own.PASSING).load(POINTER, Passing.TAPE)
+    number = c.variable(0, INT)
+    with c.loop(steps.load(INT, Head.LENGTH)) as i:
+        number.set(number.get() + steps.load(INT, i))
+        tape.store(number.get(), i)
+    c.give()
+
+
 @function("void px_seed(ptr m, i64 width)")
 def _seed(c: Code, m: Value, width: Value) -> None:
-    passing, tape = m.load(POINTER, Own.PASSING), constant(c, "pc_tape_all")
+    passing = m.load(POINTER, Own.PASSING)
+    tape = passing.load(POINTER, Passing.TAPE)
+    with c.when(tape.load(INT, Head.LENGTH).equals(0)):
+        c.run("px_unfold", m)
     chunks = (tape.load(INT, Head.LARGEST) + (CHUNK - 1)) / CHUNK
     passing.store(m, Passing.FRAME)
-    passing.store(tape, Passing.TAPE)
     passing.store(Value(c, POINTER, "@pc_slopes_all"), Passing.COEFFICIENTS)
     passing.store(width, Passing.WIDTH)
     passing.store(chunks * CHUNK, Passing.STRIDE)

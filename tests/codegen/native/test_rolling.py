@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import planarc
-from planarc.codegen.native import loops, rolling
+from planarc.codegen.native import loops, machine, rolling
 from planarc.codegen.native.printer import ir
-from planarc.codegen.native.rolling import Roll, roll
+from planarc.codegen.native.rolling import Roll, roll, roll_gathered
 from planarc.core.options import RunOptions
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.program import Let, Program, Solve
@@ -26,7 +27,7 @@ def in_workspace(e: Expr) -> bool:
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever stands twice is rolled."""
-    for name, value in (("SHORTEST", 1), ("FEWEST", 2), ("LEAST", 1)):
+    for name, value in (("SHORTEST", 1), ("FEWEST", 2), ("LEAST", 1), ("_PART", 2.0)):
         monkeypatch.setattr(rolling, name, value)
 
 
@@ -147,6 +148,43 @@ def test_memory_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
     rolled, before = ir(program), simulated(program)
     monkeypatch.setattr(loops, "MOST", 30)
     assert rolled.count("\n") < ir(program).count("\n")
+    assert simulated(program) == before
+
+
+def named(e: Expr) -> str:
+    return e.name
+
+
+def test_equal_statements_that_stand_apart(short: None) -> None:
+    """$a := x*z, b := x, $c := y*z, d := $a + z, e := $c + z: what is read comes before."""
+    t = Exprs()
+    a, b, c, d, e, x, y, z = (t.symbol(n) for n in ("$a", "b", "$c", "d", "e", "x", "y", "z"))
+    lets = [Let(a, t.mul(x, z)), Let(b, x), Let(c, t.mul(y, z)),
+            Let(d, t.add(a, z)), Let(e, t.add(c, z))]  # fmt: skip
+    lets += [Let(b, t.const(float(i))) for i in range(rolling.SHORTEST_SELDOM)]
+    found = roll_gathered(lets, in_workspace, named)
+    first = next(s for s in found if isinstance(s, Roll) and s.targets[0] == (a, c))
+    assert first.targets == ((a, c), (d, e))
+    set_in = [s.target for f in found for s in (f.statements if isinstance(f, Roll) else (f,))]
+    assert sorted(e.name for e in set_in) == sorted(let.target.name for let in lets)
+
+
+def test_what_sets_a_place_again_stays_behind_what_reads_it(short: None) -> None:
+    """x := y, z := x, x := z + z: the last one stays the last one."""
+    t = Exprs()
+    x, y, z = (t.symbol(n) for n in ("x", "y", "z"))
+    lets = [Let(x, y), Let(z, x), Let(x, t.add(z, t.const(1.0)))] * rolling.SHORTEST_SELDOM
+    found = roll_gathered(lets, in_workspace, named)
+    assert [s for f in found for s in (f.statements if isinstance(f, Roll) else (f,))] == lets
+
+
+@pytest.mark.parametrize("model", ["dominoes", "chain"])
+def test_small_code_gives_equal_results(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = CHAIN.replace("N", "12") if model == "chain" else EXAMPLES / f"{model}.pmo"
+    program = planarc.load(source).compiled().program
+    before = simulated(program)
+    monkeypatch.setattr(machine, "ir", partial(ir, small=True))
+    assert ir(program, small=True).count("\n") < ir(program).count("\n")
     assert simulated(program) == before
 
 
