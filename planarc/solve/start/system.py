@@ -82,16 +82,7 @@ class System:
     def asking(self) -> list[int | FixedSlot]:
         """All that asks to be held: fixed candidates (by number), then all that was written, by
         StateSelect and declaration."""
-        program, places = self.program, declared(self.program)
-        last = len(places)
-        found: list[tuple[tuple[bool, int, int, int], int | FixedSlot]] = []
-        for i, c in enumerate(program.candidates):
-            if self.written(c):
-                found.append(((not c.fixed, -c.select, places.get(c.display, last), i), i))
-        for i, f in enumerate(program.fixed, len(program.candidates)):
-            if self.written(f) and not f.fixed:
-                found.append(((True, -f.select, places.get(f.display, last), i), f))
-        return [item for _, item in sorted(found, key=lambda pair: pair[0])]
+        return [item for item, start in _ranked(self.program) if self.written(start)]
 
     # Values
 
@@ -202,6 +193,20 @@ class System:
         if self.initial_rows or self.fixed_rows or len(heights) > 2:
             found.append((list(range(self.rows)), list(range(len(self.program.candidates)))))
         return found
+
+
+@once
+def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | FixedSlot]]:
+    """All that may ask to be held, in the order in which it is: candidates by number."""
+    places, last = declared(program), len(program.columns)
+
+    def rank(start: CandidateSlot | FixedSlot, fixed: bool) -> tuple[bool, int, int]:
+        return not fixed, -start.select, places.get(start.display, last)
+
+    found: list[tuple[tuple[bool, int, int], int | FixedSlot, CandidateSlot | FixedSlot]] = []
+    found += [(rank(c, c.fixed), i, c) for i, c in enumerate(program.candidates)]
+    found += [(rank(f, False), f, f) for f in program.fixed if not f.fixed]
+    return [(item, start) for _, item, start in sorted(found, key=lambda entry: entry[0])]
 
 
 @once
