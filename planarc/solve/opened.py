@@ -71,9 +71,9 @@ def _place(program: Program, kernel: Kernel, name: str) -> Span:
 def _not_finite(program: Program, kernel: Kernel) -> str:
     """The first parameter, constant or variable that never changes without a finite value,
     or nothing."""
-    # Their slots stand before those of the candidates; a sum tells of all at once.
+    # Their slots stand before those of the candidates; a length tells of all at once.
     end = program.candidates[0].slot if program.candidates else len(kernel.w)
-    if math.isfinite(sum(map(float, kernel.w[:end]))):  # of NumPy's, too: these would warn
+    if math.isfinite(math.hypot(*kernel.w[:end])):
         return ""
     for p in program.parameter_slots:
         if not math.isfinite(kernel.w[p.slot]):
