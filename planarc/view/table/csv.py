@@ -19,8 +19,9 @@ from planarc.ir.result import Result
 from planarc.view.table.table import Table
 
 _END = b"\r\n"
-#: The count of numbers formatted at a time: they and their text stay in the cache.
-_CHUNK = 1 << 16
+#: The count of numbers formatted at a time: they and their text stay in the processor's cache, and
+#: in memory that the process has already. Of a wide table it is some rows at least.
+_CHUNK, _ROWS = 1 << 12, 8
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
@@ -46,7 +47,7 @@ def _numbers(result: Result, columns: Sequence[Column]) -> Iterator[Vector]:
     fixed = [i for i, c in enumerate(columns, 1) if c.slot not in result.stored]
     sources = np.array([result.stored[columns[i - 1].slot] for i in kept], np.intp)
     values = [result.constants[columns[i - 1].slot] for i in fixed]
-    count = max(1, _CHUNK // len(signs))
+    count = max(_ROWS, _CHUNK // len(signs))
     for first in range(0, len(result.time), count):
         rows = slice(first, first + count)
         numbers = np.empty((len(result.time[rows]), len(signs)))
