@@ -145,11 +145,13 @@ def _check_experiment(root: Instance, session: Session) -> None:
     arguments = session.library.parse_annotation(annotation)
     for argument in _modifications(arguments):
         name = argument.name[0]
+        if name == "experiment":
+            continue
         if nearest(name, SETTINGS, 1, _NEAR):
             hint = f"write `experiment({nearest(name, SETTINGS, 1, _NEAR)[0]}=...)`"
             message = f"`{name}` is no annotation, but a setting of an experiment"
             session.warn("F226", message, argument.span, hint)
-        elif name != "experiment" and nearest(name, ("experiment",), 1, _NEAR):
+        elif nearest(name, ("experiment",), 1, _NEAR):
             message = f"`{name}` is no annotation that planarc knows"
             session.warn("F226", message, argument.span, Meant(name, ("experiment",)))
     for argument in _modifications(inside(find_argument(arguments, "experiment"))):
