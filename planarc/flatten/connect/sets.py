@@ -219,7 +219,19 @@ def _open_input(
             return f"connect one of them to `{free[0]}`, which is open"
         if free and not source.outside:
             return f"connect to `{free[0]}` instead of `{source.key[0]}`: it is an input, and open"
+        for connection in connections if source in sources and not source.outside else ():
+            sides = (connection.left, connection.right)
+            exchanged = [side.name for side in sides if side.name in inputs]
+            if exchanged and all(_takes(side) for side in sides):
+                wrong, right = source.key[0], exchanged[0]
+                return f"exchange `{wrong}` and `{right}`: `{right}` is the input"
     return "connect each to inputs only, or put a block between them, such as a sum or a switch"
+
+
+def _takes(side: Side) -> bool:
+    """Whether it is an input of a component, to which others give the value."""
+    node = side.node
+    return isinstance(node, Leaf) and node.causality is syntax.Causality.INPUT and not side.outside
 
 
 def _where_joined(

@@ -216,7 +216,7 @@ def _make_composite(
     items = []
     for indices in product(*(range(1, d + 1) for d in dims)):
         label = ",".join(map(str, indices))
-        items.append(build(f"{name}[{label}]", subscript(mod, indices)))
+        items.append(build(f"{name}[{label}]", subscript(mod, indices, dims)))
     return Family(name, dims, items, cls, element)
 
 

@@ -21,6 +21,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Miscounted, PlanarcError, Related, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.calls import (
@@ -168,11 +169,16 @@ def _if_of(
     if not branches:
         return otherwise
     if not env.in_when:
-        counts = {count_equations(body) for _, body in branches} | {count_equations(otherwise)}
-        if len(counts) > 1:
-            numbers = ", ".join(map(str, sorted(counts)))
+        counts = [count_equations(body) for _, body in branches] + [count_equations(otherwise)]
+        if len(set(counts)) > 1:
+            numbers = ", ".join(map(str, dict.fromkeys(counts)))
             message = f"the branches of `if` have different numbers of equations: {numbers}"
-            hint = _jump(branches, otherwise) or "give all branches, `else` too, as many equations"
+            hint = "give all branches, `else` too, as many equations"
+            if len(set(counts[:-1])) == 1 and not otherwise:
+                given = counted(counts[0], "equation")
+                message = f"this `if` has {given}, and none for where its condition is false"
+                hint = f"write `else` with {given} before `end if`"
+            hint = _jump(branches, otherwise) or hint
             if branches[0][0].span.text.replace(" ", "") == "initial()":
                 hint = "write what holds at the start only in a section `initial equation`"
             raise error("F305", message, node.span, hint=hint)

@@ -198,19 +198,25 @@ def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     return error("F221", message, outer, hint=hint, related=[Related("declared final here", inner)])
 
 
-def subscript(mod: Mod, indices: tuple[int, ...], level: int = 0) -> Mod:
+def subscript(mod: Mod, indices: tuple[int, ...], sizes: tuple[int, ...], level: int = 0) -> Mod:
     """The modifier of one member of an array of components: values are indexed, but
     for those below an `each`. `level` counts from the array."""
     if not mod:
         return mod
     binding = mod.binding
     if binding is not None and _is_split(binding.each_height, level):
-        binding = replace(binding, subscripts=binding.subscripts + indices, typed=None)
+        binding = replace(binding, typed=None, **_within(binding, indices, sizes))
     redeclaration = mod.redeclaration
     if redeclaration is not None and _is_split(redeclaration.each_height, level):
-        redeclaration = replace(redeclaration, subscripts=redeclaration.subscripts + indices)
-    subs = {name: subscript(sub, indices, level + 1) for name, sub in mod.subs.items()}
+        redeclaration = replace(redeclaration, **_within(redeclaration, indices, sizes))
+    subs = {name: subscript(sub, indices, sizes, level + 1) for name, sub in mod.subs.items()}
     return Mod(binding, subs, redeclaration, mod.final, mod.span, mod.broken)
+
+
+def _within(
+    outer: Binding | Redeclaration, indices: tuple[int, ...], sizes: tuple[int, ...]
+) -> dict[str, tuple[int, ...]]:
+    return {"subscripts": outer.subscripts + indices, "sizes": outer.sizes + sizes}
 
 
 def _is_split(each_height: int | None, level: int) -> bool:

@@ -44,7 +44,8 @@ STATIC_DEPTH = 1_000_000
 class Binding(Struct, eq=False):
     """An expression of a modifier, with the scope that it was written in.
 
-    `subscripts` pick the element that belongs to one member of an array of components.
+    `subscripts` pick the element that belongs to one member of an array of components, which has
+    `sizes`.
     """
 
     expression: syntax.Expression
@@ -54,6 +55,7 @@ class Binding(Struct, eq=False):
     each_height: int | None = None
     final: bool = False
     subscripts: tuple[int, ...] = ()
+    sizes: tuple[int, ...] = ()
     #: true for a declaration's own `= value` in the class that declares the variable
     default: bool = False
     #: true for a part of a record whose whole has a value from further outside
@@ -85,6 +87,7 @@ class Redeclaration(Struct, eq=False):
     each_height: int | None = None
     final: bool = False
     subscripts: tuple[int, ...] = ()
+    sizes: tuple[int, ...] = ()
     earlier: Redeclaration | None = None  # the one that this one replaces
 
 

@@ -245,7 +245,7 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
     outer = Mod(mod.binding, mod.subs, None, False, mod.span)
     own = compile_modification(new.modification, redeclaration.scope)
     if redeclaration.subscripts:
-        own = subscript(own, redeclaration.subscripts)
+        own = subscript(own, redeclaration.subscripts, redeclaration.sizes)
     whole = merge(outer, own, element.name)
     whole = merge(whole, _kept_mod(element), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from planarc.core.diagnostic import Once, PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError
 from planarc.core.mend import Each
 from planarc.core.prose import counted
 from planarc.core.source import Span
@@ -47,12 +47,15 @@ def _member_value(typed: flat.Expression, binding: Binding, dims: flat.Dims) -> 
                 kind=f"{span.source.name}:{span.line}" if span else "",  # often they all lack it
             )
         )
-    for size, index in zip(typed.type.dims, binding.subscripts, strict=False):
-        if size is not None and index > size:
-            values = counted(size, "value")
-            message = f"the modifier has {values}, but none for member {index}"
+    for size, members in zip(typed.type.dims, binding.sizes, strict=False):
+        if size is not None and size != members:
+            given = counted(size, "value")
+            message = f"the modifier has {given} for {counted(members, 'member')}"
+            if size < members:
+                message = f"the modifier has {given}, but none for member {size + 1}"
             hint = "give as many values as there are members"
-            raise error("F224", message, binding.span, hint=hint)
+            kind = f"{binding.span.source.name}:{binding.span.start}"
+            raise PlanarcError(Once("F224", message, binding.span, hint=hint, kind=kind))
     return pick(typed, binding.subscripts)
 
 
