@@ -24,7 +24,7 @@ PAGES = (".html", ".htm")
 
 #: The beginnings of planarc's own files, within their first few lines.
 _OWN = {
-    ".csv": re.compile(r'\A"time(?: \[s\])?"[,\r]'),
+    ".csv": re.compile(r'\A"time(?: \[s\])?"[,\r\n]'),
     ".html": re.compile(r'<meta name="generator" content="planarc\b'),
 }
 _HEAD = 4096  # characters in which the mark must stand

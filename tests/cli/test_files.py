@@ -50,6 +50,13 @@ def test_a_table_of_the_user_is_not_replaced(text: str) -> None:
     assert refusal() == "C122"
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_table_of_times_alone_is_ours(end: str) -> None:
+    """That of a model in which nothing moves."""
+    Path("FourBar.csv").write_bytes(f'"time"{end}0.0{end}'.encode())
+    assert destinations("A.FourBar", None, None, False, True).output == Path("FourBar.csv")
+
+
 def test_a_page_of_the_user_is_not_replaced() -> None:
     Path("FourBar.html").write_text("<html><title>My four-bar</title></html>", "utf-8")
     assert refusal() == "C122"
