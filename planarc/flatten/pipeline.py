@@ -27,6 +27,7 @@ from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, Va
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.checks.assertions import check_assertions
+from planarc.flatten.checks.assigned import check_assigned
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.connectors import Lopsided, check_connectors
 from planarc.flatten.checks.kinds import check_classes
@@ -286,6 +287,7 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     check_classes(session)
     check_prefixes(found.instances, found.leaves, session)
     check_parameters(pairs, session)
+    check_assigned(found.algorithms, variables, session)
     imbalance = None
     if not session.errors:
         check_ranges(pairs, session)

@@ -209,7 +209,7 @@ def count_equations(equations: Equations) -> int:
         elif isinstance(equation, flat.IfEquation):
             count += count_equations(equation.otherwise)
         elif isinstance(equation, flat.WhenEquation):
-            count += count_equations(equation.branches[0][1])
+            count += max(count_equations(body) for _, body in equation.branches)
     return count
 
 
@@ -250,10 +250,13 @@ def _expect_once(equations: Equations) -> None:
 
     seen: dict[str, Span] = {}
     for equation in equations:
-        if isinstance(equation, flat.Equality) and isinstance(equation.left, flat.Reference):
-            name = print_expression(equation.left)
+        target = None
+        if isinstance(equation, flat.Equality | flat.Reinit):
+            target = equation.left if isinstance(equation, flat.Equality) else equation.variable
+        if isinstance(target, flat.Reference):
+            name = print_expression(target)
             if name in seen:
-                message = f"`{equation.left.span.text}` is given twice in one branch of a when"
+                message = f"`{target.span.text}` is given twice in one branch of a when"
                 hint = "keep one of them, or make an `elsewhen` of the other"
                 related = (Related("first here", seen[name]),)
                 raise PlanarcError(
