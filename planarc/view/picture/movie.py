@@ -27,14 +27,16 @@ def write_gif(
     """Write `rate` images a second, shown again and again, in the colours of the samples."""
     from PIL import Image
 
-    palette = _palette(samples)
-    frames = (i.quantize(palette=palette, dither=Image.Dither.NONE) for i in images)
+    colors = _palette(samples)
+    frames = (i.quantize(palette=colors, dither=Image.Dither.NONE) for i in images)
     first = next(frames)
     first.save(
         file,
         "GIF",
         save_all=True,
         append_images=frames,
+        palette=colors.palette,  # of all frames: they are compared by its numbers
+        optimize=True,  # what stays as it is in a frame is left out
         duration=max(20, 10 * round(100 / rate)),
         loop=0,
     )

@@ -34,10 +34,11 @@ def render_images(motion: Motion, camera: Camera, dark: bool = False) -> Iterato
     # Whatever lies below the first thing that moves is drawn once.
     first = next((n for n, item in enumerate(motion.items) if _moves(item)), len(motion.items))
     ground = Image.new("RGB", (fine.width, fine.height), _color(DARK_PAPER if dark else PAPER))
-    _paint(ground, [item_at(i, 0) for i in motion.items[:first]], fine, dark)
+    _paint(ground, motion.items[:first], 0, fine, dark)
+    image = ground.copy()
     for frame in range(len(motion.times)):
-        image = ground.copy()
-        _paint(image, [item_at(i, frame) for i in motion.items[first:]], fine, dark)
+        image.paste(ground)
+        _paint(image, motion.items[first:], frame, fine, dark)
         yield image.reduce(_FINER)
 
 
@@ -45,15 +46,23 @@ def _moves(item: Item) -> bool:
     return not all(isinstance(t, (int, float)) for t in item.tracks)
 
 
-def _paint(image: Image, items: Sequence[Item], camera: Camera, dark: bool) -> None:
+def _paint(image: Image, items: Sequence[Item], frame: int, camera: Camera, dark: bool) -> None:
     from PIL import ImageDraw
 
     pen = ImageDraw.Draw(image, "RGBA")
-    for item in items:
+    for moving in items:
+        if _is_away(moving, frame):
+            continue
+        item = item_at(moving, frame)
         if visible(item):
             place = _Place(item, camera)
             for mark in marks_of(item, _FINER / camera.scale, dark):
                 _DRAW[type(mark)](pen, mark, place)
+
+
+def _is_away(item: Item, frame: int) -> bool:
+    """Whether the item has no place, as most texts of the time: known before it is looked at."""
+    return not isinstance(item.x, (int, float)) and math.isnan(item.x[frame])
 
 
 class _Place:

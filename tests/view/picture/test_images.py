@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from math import cos, sin
@@ -59,6 +60,14 @@ def test_a_gif_holds_all_frames_at_their_pace(swing: Any, tmp_path: Path) -> Non
         gif.seek(frame)
         angle = sin(frame / 10)
         assert red_middle(gif) == pytest.approx(camera(cos(angle), sin(angle)), abs=1.0)
+
+
+def test_a_gif_has_one_table_of_colours(swing: Any, tmp_path: Path) -> None:
+    write_picture(tmp_path / "a.gif", swing, PictureOptions(When(rate=10), width=200))
+    data = (tmp_path / "a.gif").read_bytes()
+    heads = [m.end() for m in re.finditer(rb"\x21\xf9\x04.{4}\x00\x2c.{8}", data, re.DOTALL)]
+    assert len(heads) == 41
+    assert not any(data[at] & 0x80 for at in heads)  # no table of a frame's own
 
 
 def test_a_film_holds_all_frames(swing: Any, tmp_path: Path) -> None:
