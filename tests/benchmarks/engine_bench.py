@@ -107,11 +107,8 @@ def member(family: str, n: int) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             command = [sys.executable, __file__, "--task", family, str(n)]
             # As in the command: OpenBLAS's threads wait by spinning, which counts as CPU time.
-            environment = {**bench.os.environ, "OPENBLAS_NUM_THREADS": "1"}
-            environment["PLANARC_CACHE_DIR"] = folder
-            done = subprocess.run(
-                command, check=True, capture_output=True, text=True, env=environment
-            )
+            env = bench.environment(OPENBLAS_NUM_THREADS="1", PLANARC_CACHE_DIR=folder)
+            done = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
             found.append(json.loads(done.stdout))
     best: dict[str, Any] = min(found, key=lambda f: f["compile"])
     return best

@@ -88,10 +88,8 @@ def growth(family: str, n: int) -> tuple[float, None]:
     def seconds(size: int) -> float:
         with tempfile.TemporaryDirectory() as folder:
             command = [sys.executable, __file__, "--compile", family, str(size)]
-            environment = {**os.environ, "PLANARC_CACHE_DIR": folder, "OPENBLAS_NUM_THREADS": "1"}
-            done = subprocess.run(
-                command, check=True, capture_output=True, text=True, env=environment
-            )
+            env = bench.environment(OPENBLAS_NUM_THREADS="1", PLANARC_CACHE_DIR=folder)
+            done = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
             return float(done.stdout)
 
     small, large = (min(seconds(size) for _ in range(REPEATS)) for size in (n, 2 * n))

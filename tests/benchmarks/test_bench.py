@@ -24,6 +24,17 @@ def test_help_is_measured() -> None:
     assert float(row.split()[1]) > 0
 
 
+def test_measured_processes_keep_bytecode(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(BENCH.parent))
+    from bench import environment
+
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    monkeypatch.setenv("LANG", "C")
+    found = environment(PLANARC_CACHE_DIR="here")
+    assert "PYTHONDONTWRITEBYTECODE" not in found
+    assert (found["LANG"], found["PLANARC_CACHE_DIR"]) == ("C", "here")
+
+
 def test_a_four_bar_is_run_again_and_again() -> None:
     _, row = measure("four-bar again in one process, numpy").splitlines()
     number, unit = row.split()[-2:]
