@@ -2,7 +2,7 @@
 
 pipeline    the whole stage: from the name of a class to its FlatModel
 checks      the model as a whole: balance, ranges, what nobody heeds
-sections    equations, figures and declarations of one class
+sections    equations, figures and declarations of one class; parts that are alike, once
 connect     connections over the whole hierarchy, as equations
 instances   components: bindings, sizes, start values, inner and outer
 functions   calls, arguments, bodies of functions

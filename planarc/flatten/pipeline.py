@@ -43,7 +43,7 @@ from planarc.flatten.instances.bindings import make_attributes, make_binding
 from planarc.flatten.instances.instantiate import check_modifier, instantiate_model, make_node
 from planarc.flatten.library.library import Library, split_name
 from planarc.flatten.sections.annotations import experiment_of, figures_of
-from planarc.flatten.sections.gather import Gathered, gather, variable_of
+from planarc.flatten.sections.gather import Gathered, gather, variables_of
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance
 from planarc.flatten.tree.inherit import make_layout
@@ -272,12 +272,13 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
     algorithms = [*found.algorithms, *found.initial_algorithms]
     statements = [s for a in algorithms for s in a.statements]
     used = {*names_in_equations(found.equations), *assigned_in(statements)} if buses else set()
-    connected = connect_all(connections, found.leaves, found.rooting, used, session)
-    leaves = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
-    pairs = [(leaf, variable_of(leaf, session)) for leaf in leaves]
+    connected = connect_all(connections, found.open_leaves(), found.rooting, used, session)
+    kept = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
+    pairs = variables_of(kept, found.copies, session)
     variables = [v for _, v in pairs if v is not None]
     for i, v in enumerate(variables):
-        if v.structural != session.leaves[v.name].structural:  # found since
+        leaf = session.leaves.get(v.name)
+        if leaf is not None and leaf.structural != v.structural:  # found since
             variables[i] = replace(v, structural=True)
     equations = [*found.equations, *connected.equations]
     if connected.unused:
@@ -285,7 +286,8 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
         said += [*expressions_in(equations), *expressions_in(found.initial_equations)]
         check_absent(connected.unused, (*said, *expressions_in(statements)), session)
     check_classes(session)
-    check_prefixes(found.instances, found.leaves, session)
+    leaves = [leaf for leaf in found.open_leaves() if leaf.name not in connected.unused]
+    check_prefixes(found.instances, leaves, session)
     check_parameters(pairs, session)
     check_assigned(found.algorithms, variables, session)
     imbalance = None
@@ -295,7 +297,7 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
         check_unheeded(root, found.instances, connections, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
-        imbalance = check_balance(found, variables, equations, session.leaves, redundant)
+        imbalance = check_balance(found, variables, equations, session, redundant)
     model = _model(root, found, connected, variables, equations, experiment)
     check_assertions(model, session)
     return model, imbalance
@@ -319,7 +321,7 @@ def _model(
         tuple(found.algorithms),
         tuple(found.initial_algorithms),
         (),
-        tuple(found.visuals),
+        tuple(d.visual for d in found.drawings),
         tuple(found.declared),
         parts,
         tuple(connected.physical),

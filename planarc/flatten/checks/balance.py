@@ -21,11 +21,12 @@ from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection, match_leaves
-from planarc.flatten.connect.inputs import is_given, is_public_input, owner_of
+from planarc.flatten.connect.inputs import is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
 from planarc.flatten.sections.gather import Gathered
 from planarc.flatten.terms.conform import scalar_count
-from planarc.flatten.tree.nodes import Instance, Leaf
+from planarc.flatten.tree.lookup import leaf_named
+from planarc.flatten.tree.nodes import Instance, Leaf, Session
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import assigned_in, expressions_in, names_in
 
@@ -59,13 +60,13 @@ class Imbalance(Data):
 Excess = Counter[str]
 
 
-def is_unknown(variable: flat.Variable, leaf: Leaf) -> bool:
-    """A variable that an equation must determine."""
-    return (
-        variable.variability > flat.Variability.PARAMETER
-        and variable.binding is None
-        and not is_given(leaf)
-    )
+def is_unknown(variable: flat.Variable) -> bool:
+    """A variable that an equation must determine, and no input of the model."""
+    varies = variable.variability > flat.Variability.PARAMETER
+    return varies and variable.binding is None and variable.causality != _INPUT
+
+
+_INPUT = syntax.Causality.INPUT.value
 
 
 def names_in_equations(equations: Iterable[flat.Equation]) -> set[str]:
@@ -78,20 +79,26 @@ def check_balance(
     found: Gathered,
     variables: list[flat.Variable],
     equations: list[flat.Equation],
-    leaves: dict[str, Leaf],
+    session: Session,
     redundant: int,
 ) -> Imbalance | None:
     """An error that names the components whose count is off, None when all is well.
     `redundant` unknowns of the model's own connectors are fixed by a root outside."""
     targets = ((a.component, n) for a in found.algorithms for n in assigned_in(a.statements))
-    assigned = [(component, leaves[name]) for component, name in targets if name in leaves]
-    unknown = [v for v in variables if is_unknown(v, leaves[v.name])]
+    found_leaves = ((component, leaf_named(session, name)) for component, name in targets)
+    assigned = [(component, leaf) for component, leaf in found_leaves if leaf is not None]
+    unknown = [v for v in variables if is_unknown(v)]
     unknowns = sum(scalar_count(v.type) for v in unknown) - redundant
     known = count_equations(tuple(equations))
     known += sum(scalar_count(leaf.type) for _, leaf in assigned)
     if unknowns == known:
         return None
     excess: Excess = Counter()
+    leaves = {
+        name: leaf
+        for name in (*session.closed, *session.leaves)
+        if (leaf := leaf_named(session, name))
+    }
     for variable in variables:
         _count_variable(variable, leaves[variable.name], excess)
     for equation in equations:

@@ -20,6 +20,7 @@ from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
 from planarc.core.source import Span
 from planarc.core.unit import looks_like_degrees, turns
+from planarc.flatten.sections.alike import Variable
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.demand import attributes_of
 from planarc.flatten.tree.nodes import Leaf, Session
@@ -28,7 +29,7 @@ from planarc.flatten.values.evaluator import Evaluator
 from planarc.ir import flat
 from planarc.ir.flatwalk import nodes_of
 
-Pairs = list[tuple[Leaf, flat.Variable | None]]
+Pairs = list[tuple[Variable, flat.Variable | None]]
 
 
 def check_parameters(pairs: Pairs, session: Session) -> None:
@@ -41,7 +42,7 @@ def check_parameters(pairs: Pairs, session: Session) -> None:
             message = f"the constant `{leaf.name}` has no value"
             session.errors.append(Ungiven("F286", message, leaf.span))
         elif variable.variability is flat.Variability.PARAMETER and not _is_free(variable):
-            _warn(leaf, session)
+            _warn(leaf if isinstance(leaf, Leaf) else leaf.leaf, session)
     try:
         in_order(parameters, lambda name: _needed(parameters[name], parameters))
     except Circle as circle:
@@ -109,7 +110,7 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
 # Values that were hardly meant: outside of their bounds, or degrees where radians are --
 
 
-def check_ranges(pairs: list[tuple[Leaf, flat.Variable | None]], session: Session) -> None:
+def check_ranges(pairs: Pairs, session: Session) -> None:
     """Warn of values that their own declaration does not allow (F265), and of degrees (F331)."""
     values = {leaf.name: (v, *_value(v)) for leaf, v in pairs if v is not None}
     outside: dict[str, tuple[flat.Expression, str]] = {}

@@ -125,6 +125,7 @@ def _is_own_input(leaf: Leaf, env: Env) -> bool:
 def _is_fixed(leaf: Leaf) -> bool:
     """A parameter, but for one that an initial algorithm finds (`fixed=false`)."""
     if leaf.variability is flat.Variability.PARAMETER:
+        leaf.parent.session.asked.append(None)
         fixed = attributes_of(leaf).fixed
         return not (isinstance(fixed, flat.Literal) and fixed.value is False)
     return leaf.variability is flat.Variability.CONSTANT

@@ -11,6 +11,7 @@ a library:  `Body b;` writes nothing,  `Body b(r0=1);` and `Body b(r(start=1));`
 from __future__ import annotations
 
 from planarc.flatten.library.library import Entry
+from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Binding, Instance, Leaf, Scope
 from planarc.ir import syntax
 from planarc.ir.syntaxwalk import references_in
@@ -55,6 +56,8 @@ def _parameters(expression: syntax.Expression, writer: Instance) -> list[Leaf]:
     found = []
     for ref in references_in(expression):
         element = writer.elements.get(ref.names[0])
-        if element is not None and isinstance(element.node, Leaf):
-            found.append(element.node)
+        node = None if element is None else element.node
+        node = node or leaf_named(writer.session, writer.full_name(ref.names[0]))
+        if isinstance(node, Leaf):
+            found.append(node)
     return found

@@ -11,23 +11,36 @@ The walk opens every component, so all errors of a model are found, not only the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from msgspec import Struct, field
+from msgspec import field
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, Varies, error
 from planarc.flatten.connect.inputs import is_given
 from planarc.flatten.connect.joining import Joined, join
 from planarc.flatten.connect.rooting import Rooting, find_roots
 from planarc.flatten.functions.statements import type_statements
 from planarc.flatten.refusal import TooLarge
+from planarc.flatten.sections.alike import (
+    Copies,
+    Drawing,
+    Opening,
+    Parts,
+    Twin,
+    Variable,
+    are_answered_alike,
+    kind_of,
+    within,
+)
 from planarc.flatten.sections.declared import declared_of
 from planarc.flatten.sections.equations import type_equations
 from planarc.flatten.sections.home import ToldAtHome
+from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import attributes_of, leaf_binding, node_of
-from planarc.flatten.tree.lookup import components
+from planarc.flatten.tree.lookup import components, leaf_named
 from planarc.flatten.tree.nodes import (
     Absent,
     Element,
@@ -37,27 +50,43 @@ from planarc.flatten.tree.nodes import (
     Leaf,
     Mod,
     Node,
+    Question,
     Session,
+    State,
 )
 from planarc.flatten.tree.redeclare import inner_half
 from planarc.flatten.values.evaluator import Evaluator
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
+from planarc.ir.renaming import Unrepeatable
 
 
-class Gathered(Struct):
+class Sections(Data):
+    """The equations and algorithms of an instance, and what it declares of itself."""
+
+    equations: tuple[flat.Equation, ...]
+    initial_equations: tuple[flat.Equation, ...]
+    algorithms: tuple[flat.Algorithm, ...]
+    initial_algorithms: tuple[flat.Algorithm, ...]
+    declared: tuple[flat.Declared, ...]
+
+
+class Gathered(Parts):
     """The parts of a flat model, as they are found."""
 
-    leaves: list[Leaf] = field(default_factory=list)
-    instances: list[Instance] = field(default_factory=list)
+    copies: Copies = field(default_factory=Copies)
     equations: list[flat.Equation] = field(default_factory=list)
     initial_equations: list[flat.Equation] = field(default_factory=list)
     algorithms: list[flat.Algorithm] = field(default_factory=list)
     initial_algorithms: list[flat.Algorithm] = field(default_factory=list)
     joined: Joined = field(default_factory=Joined)
     rooting: Rooting = field(default_factory=Rooting)
-    visuals: list[flat.Visual] = field(default_factory=list)
     declared: list[flat.Declared] = field(default_factory=list)
+
+    def open_leaves(self) -> list[Leaf]:
+        """The variables that are open."""
+        known = (v if isinstance(v, Leaf) else v.known for v in self.leaves)
+        return [leaf for leaf in known if leaf is not None]
 
 
 def gather(root: Instance) -> Gathered:
@@ -74,25 +103,34 @@ def gather(root: Instance) -> Gathered:
         _walk(node, found)
     found.rooting = session.rooting = find_roots(found.joined)
     session.cardinalities = found.joined.cardinalities()
-    for instance in found.instances:
-        with ToldAtHome(instance):
-            _equations(instance, found)
-        found.declared.extend(declared_of(instance))
+    _add_sections(found)
     return found
 
 
 def _walk(root: Node, found: Gathered) -> None:
-    stack: list[Node] = [root]
+    stack: list[Node | Opening] = [root]
+    copies = found.copies
     while stack:
         node = stack.pop()
         if isinstance(node, Leaf):
             found.leaves.append(node)
         elif isinstance(node, Family):
             stack.extend(reversed(node.items))
+        elif isinstance(node, Opening):
+            copies.last[kind_of(node.root)] = node.close(found)
         elif isinstance(node, Instance):
             if node.drawn:
-                found.visuals.append(visual_of(node))
+                assert node.parent is not None and node.element is not None
+                found.drawings.append(Drawing(visual_of(node), node.parent, node.element))
                 continue
+            if (kind := kind_of(node)) is not None:
+                if (parts := copies.copy(node, kind)) is not None:
+                    found.instances += parts.instances
+                    found.leaves += parts.leaves
+                    found.drawings += parts.drawings
+                    continue
+                if not node.elements:
+                    stack.append(Opening.of(node, found))
             found.instances.append(node)
             stack.extend(reversed(_children(node)))
 
@@ -122,29 +160,102 @@ def _is_here(element: Element, node: Node) -> bool:
 # Equations ------------------------------------------------------------------------------------
 
 
-def _equations(instance: Instance, found: Gathered) -> None:
-    for index, part in enumerate(instance.layout.parts):
-        env = Env(instance.scope(index))
-        for section in part.definition.sections:
-            if isinstance(section, syntax.EquationSection):
-                typed = type_equations(section.equations, env)
-                (found.initial_equations if section.initial else found.equations).extend(typed)
-            else:
-                _algorithm(section, env, found)
+def _add_sections(found: Gathered) -> None:
+    """The sections of all instances; those of copies are repeated where they would be the same."""
+    known: dict[Instance, tuple[Sections, list[Question]]] = {}
+    for instance in found.instances:
+        session = instance.session
+        errors, asked = len(session.errors), len(session.asked)
+        sections = _repeated(instance, found.copies, known) or _sections(instance)
+        questions = session.asked[asked:]
+        if len(session.errors) == errors and None not in questions:
+            known[instance] = sections, questions
+        found.equations += sections.equations
+        found.initial_equations += sections.initial_equations
+        found.algorithms += sections.algorithms
+        found.initial_algorithms += sections.initial_algorithms
+        found.declared += sections.declared
 
 
-def _algorithm(section: syntax.AlgorithmSection, env: Env, found: Gathered) -> None:
+def _repeated(
+    instance: Instance, copies: Copies, known: dict[Instance, tuple[Sections, list[Question]]]
+) -> Sections | None:
+    """The sections of an instance that is like one whose sections are known."""
+    likeness = copies.likeness.get(instance)
+    if likeness is None or likeness.first not in known:
+        return None
+    sections, asked = known[likeness.first]
+    questions = within(asked, likeness.old)
+    if not are_answered_alike(
+        questions, lambda leaf: leaf_named(instance.session, likeness.name(leaf.name))
+    ):
+        return None
+    try:
+        return copies.repeat(likeness.first.name, sections, likeness.old, likeness.new)
+    except Unrepeatable:
+        return None
+
+
+def _sections(instance: Instance) -> Sections:
+    equations, initial = list[flat.Equation](), list[flat.Equation]()
+    algorithms, at_start = list[flat.Algorithm](), list[flat.Algorithm]()
+    with ToldAtHome(instance):
+        for index, part in enumerate(instance.layout.parts):
+            env = Env(instance.scope(index))
+            for section in part.definition.sections:
+                if isinstance(section, syntax.EquationSection):
+                    typed = type_equations(section.equations, env)
+                    (initial if section.initial else equations).extend(typed)
+                else:
+                    (at_start if section.initial else algorithms).extend(_algorithm(section, env))
+    declared = tuple(declared_of(instance))
+    return Sections(tuple(equations), tuple(initial), tuple(algorithms), tuple(at_start), declared)
+
+
+def _algorithm(section: syntax.AlgorithmSection, env: Env) -> Iterator[flat.Algorithm]:
     inner = Env(env.scope, in_algorithm=True)
     try:
         statements = type_statements(section.statements, inner)
     except PlanarcError as problem:
         env.session.keep(problem)
         return
-    algorithm = flat.Algorithm(section.span, env.component, statements)
-    (found.initial_algorithms if section.initial else found.algorithms).append(algorithm)
+    yield flat.Algorithm(section.span, env.component, statements)
 
 
 # Variables --------------------------------------------------------------------------------------
+
+
+def variables_of(
+    leaves: Iterable[Variable], copies: Copies, session: Session
+) -> list[tuple[Variable, flat.Variable | None]]:
+    """The flat variables, those of copies with the names of theirs."""
+    made: dict[str, flat.Variable] = {}  # that copies may have, too
+    pairs: list[tuple[Variable, flat.Variable | None]] = []
+    for leaf in leaves:
+        variable, lasting = None, True
+        if isinstance(leaf, Twin):
+            variable = _twin(leaf, made, copies)
+        if variable is None:
+            own = leaf if isinstance(leaf, Leaf) else leaf.leaf
+            untouched = own.binding_state is State.NEW and own.attributes is None
+            asked = len(session.asked)
+            variable = variable_of(own, session)
+            lasting = untouched and len(session.asked) == asked
+        if variable is not None and lasting and not variable.structural:
+            made[leaf.name] = variable
+        pairs.append((leaf, variable))
+    return pairs
+
+
+def _twin(twin: Twin, made: dict[str, flat.Variable], copies: Copies) -> flat.Variable | None:
+    """The variable of a copy; None where it is not that of the first one with other names."""
+    first, known = made.get(twin.first.name), twin.known
+    if first is None or (known is not None and known.structural):
+        return None
+    try:
+        return copies.repeat(twin.first.name, first, twin.likeness.old, twin.likeness.new)
+    except Unrepeatable:
+        return None
 
 
 def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
@@ -243,33 +354,3 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         if leaf.parent.depth and allowed is flat.Variability.PARAMETER
         else "declare it without the prefix, or bind it to constants and parameters",
     )
-
-
-# Visuals ------------------------------------------------------------------------------
-
-
-def visual_of(instance: Instance) -> flat.Visual:
-    """The drawing of an instance of a visual class."""
-    attributes: list[tuple[str, flat.Expression]] = []
-    for name, element in components(instance):
-        try:
-            _collect(node_of(element), name, attributes)
-        except PlanarcError as problem:
-            instance.session.keep(problem)
-    kind = instance.layout.visual
-    assert kind is not None and instance.prefix is not None
-    return flat.Visual(instance.prefix, kind, tuple(attributes), instance.span)
-
-
-def _collect(node: Node, name: str, attributes: list[tuple[str, flat.Expression]]) -> None:
-    if isinstance(node, Leaf):
-        attributes_of(node)
-        binding = leaf_binding(node)
-        if binding is not None:
-            attributes.append((name, binding))
-    elif isinstance(node, Family):
-        for item in node.items:
-            _collect(item, f"{name}{item.name[item.name.rindex('[') :]}", attributes)
-    elif isinstance(node, Instance):
-        for inner, element in components(node):
-            _collect(node_of(element), f"{name}.{inner}", attributes)

@@ -24,9 +24,9 @@ from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
-from planarc.flatten.tree.demand import class_of, layout_of, static_instance
+from planarc.flatten.tree.demand import class_of, layout_of, node_of, static_instance
 from planarc.flatten.tree.modify import part_mod
-from planarc.flatten.tree.nodes import Class, Element, Instance, Part, Scope
+from planarc.flatten.tree.nodes import Class, Element, Instance, Leaf, Part, Scope, Session
 from planarc.ir import syntax
 
 
@@ -70,6 +70,14 @@ def components(instance: Instance) -> Iterator[tuple[str, Element]]:
     for name, (_, definition) in instance.layout.members.items():
         if isinstance(definition, syntax.Component):
             yield name, instance.elements.get(name) or declared(instance, name)
+
+
+def leaf_named(session: Session, name: str) -> Leaf | None:
+    """A variable of the model by its full name; it is opened where it is still closed."""
+    if name not in session.leaves and name in session.closed:
+        instance, own = session.closed[name]
+        node_of(declared(instance, own))
+    return session.leaves.get(name)
 
 
 def inner_elements(element: Element) -> Iterator[Element]:

@@ -471,6 +471,11 @@ class Makers(Data):
     function: Callable[[Class, Span], FunctionInfo]
 
 
+#: A variable that was asked for its value, and whether that makes it structural; None for what has
+#: another answer in each component, such as its own name, and what is connected to it.
+Question: TypeAlias = "tuple[Leaf, bool] | None"
+
+
 class Session:
     """One run of `flatten`: what its passes share."""
 
@@ -485,6 +490,9 @@ class Session:
         self.signatures: dict[str, Signature] = {}
         self.formals: dict[str, Signature] = {}  # interfaces of inputs that are functions
         self.leaves: dict[str, Leaf] = {}
+        #: variables that nobody has asked for yet: their instance, and their name in it
+        self.closed: dict[str, tuple[Instance, str]] = {}
+        self.asked: list[Question] = []
         self.annotations: dict[int, tuple[syntax.Annotation, tuple[syntax.Argument, ...]]] = {}
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
         self.met: set[tuple[Instance, str]] = set()  # inner components that outer ones met

@@ -222,6 +222,7 @@ def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> fla
     """`Model.component` of the component that the text belongs to (3.7.4.6)."""
     instance = env.scope.instance
     root = env.session.root
+    env.session.asked.append(None)
     if instance.prefix is None or root is None:
         return flat.Literal(flat.STRING, span, instance.cls.name)
     model = root.cls.definition.name

@@ -16,6 +16,7 @@ from planarc.ir import flat, syntax
 def type_operator(call: syntax.Call, env: Env) -> flat.Expression:
     """`Connections.isRoot(a)`, `Connections.rooted(a)` as values."""
     rooting = env.session.rooting
+    env.session.asked.append(None)
     name = call.function.names[1]
     if name not in ("isRoot", "rooted", "uniqueRootIndices") or len(call.arguments) != 1:
         raise error("F315", f"`{call.function}` cannot stand here like this", call.span)
@@ -39,6 +40,7 @@ def type_operator(call: syntax.Call, env: Env) -> flat.Expression:
 def type_cardinality(call: syntax.Call, env: Env) -> flat.Expression:
     """`cardinality(c)`: how often a connector stands in a connection (deprecated)."""
     counts = env.session.cardinalities
+    env.session.asked.append(None)
     if len(call.arguments) != 1 or not isinstance(call.arguments[0], syntax.Ref):
         raise error("F290", "`cardinality` takes one connector", call.span)
     if counts is None:

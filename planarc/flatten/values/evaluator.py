@@ -18,6 +18,7 @@ from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.tree.demand import attributes_of, leaf_binding
+from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.flatten.values import compute, interpret
 from planarc.ir import flat
@@ -110,13 +111,15 @@ class Evaluator(Struct):
     def _leaf(self, name: str) -> Leaf | None:
         if self.session is None or self.closed or name in self.hidden:
             return None
-        return self.session.leaves.get(name)
+        return leaf_named(self.session, name)
 
     def _subscripts(self, subscripts: flat.Expressions) -> list[Value | None]:
         return [None if isinstance(s, flat.Slice) else self.value(s) for s in subscripts]
 
     def leaf_value(self, leaf: Leaf) -> Value:
         """The value of a constant or parameter from its binding."""
+        if self.session is not None and leaf.parent.prefix is not None:
+            self.session.asked.append((leaf, self.mark))
         if leaf.evaluated is not None and (leaf.shapes or not self.mark):
             return leaf.evaluated
         if self.mark:

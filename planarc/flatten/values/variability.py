@@ -5,6 +5,7 @@ Reference: Modelica Language Specification 3.6, section 3.8.
 
 from __future__ import annotations
 
+from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Session
 from planarc.ir import flat
 from planarc.ir.flatwalk import children
@@ -29,7 +30,7 @@ def variability_of(
         case flat.Literal() | flat.Slice():
             return _CONSTANT
         case flat.Reference(name=name, subscripts=subscripts):
-            leaf = None if name in hidden else session.leaves.get(name)
+            leaf = None if name in hidden else leaf_named(session, name)
             own = _CONTINUOUS if leaf is None else leaf.variability
             return max(own, _highest(subscripts, session, hidden))
         case flat.Builtin(function=function, arguments=arguments):
