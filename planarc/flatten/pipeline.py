@@ -19,6 +19,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -42,6 +43,7 @@ from planarc.flatten.functions.functions import find_function, with_functions
 from planarc.flatten.instances.bindings import make_attributes, make_binding
 from planarc.flatten.instances.instantiate import check_modifier, instantiate_model, make_node
 from planarc.flatten.library.library import Library, split_name
+from planarc.flatten.sections.alike import Copies
 from planarc.flatten.sections.annotations import experiment_of, figures_of
 from planarc.flatten.sections.gather import Gathered, gather, variables_of
 from planarc.flatten.tree import annotation
@@ -99,9 +101,9 @@ def flatten(
     session = open_session(library, MAKERS if watch is None else _watched(watch))
     try:
         with _large_work():
-            model, imbalance = _flatten(session, class_name)
+            model, distinct, imbalance = _flatten(session, class_name)
             if not session.errors and units is not UnitCheck.OFF:
-                _compare_units(model, units, session)
+                _compare_units(model, distinct, units, session)
     except PlanarcError as problem:
         raise PlanarcError(_ordered([*session.errors, *problem.diagnostics])) from None
     except RecursionError:
@@ -125,9 +127,11 @@ def _watched(watch: Callable[[], None]) -> Makers:
     return replace(MAKERS, node=node)
 
 
-def _compare_units(model: flat.FlatModel, units: UnitCheck, session: Session) -> None:
+def _compare_units(
+    model: flat.FlatModel, distinct: flat.FlatModel, units: UnitCheck, session: Session
+) -> None:
     files = session.library.user_files() | {model.span.source.name}
-    differing = check_units(model, files)
+    differing = check_units(model, files, distinct)
     if units is UnitCheck.ERROR:
         session.errors += [replace(d, severity=Severity.ERROR) for d in differing]
     else:
@@ -260,7 +264,10 @@ def _type_span(instance: Instance) -> Span:
     return written.type.span if isinstance(written, syntax.Component) else instance.span
 
 
-def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalance | None]:
+def _flatten(
+    session: Session, class_name: str
+) -> tuple[flat.FlatModel, flat.FlatModel, Imbalance | None]:
+    """The model, what is distinct in it, and whether its equations are too many or too few."""
     cls = find_model(session, class_name)
     _check_kind(cls)
     root = instantiate_model(session, cls)
@@ -299,8 +306,36 @@ def _flatten(session: Session, class_name: str) -> tuple[flat.FlatModel, Imbalan
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session, redundant)
     model = _model(root, found, connected, variables, equations, experiment)
+    distinct = _distinct(model, found.copies)
+    model = with_functions(model, session, distinct)
     check_assertions(model, session)
-    return model, imbalance
+    return model, distinct, imbalance
+
+
+def _distinct(model: flat.FlatModel, copies: Copies) -> flat.FlatModel:
+    """The model without what is repeated with other names; all of it where variables of copies
+    have other units."""
+    units = {v.name: v.attributes.unit for v in model.variables}
+    repeated = copies.repeated
+    if not repeated or any(units.get(own) != units.get(first) for own, first in copies.given):
+        return model
+
+    def left(pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
+        return tuple([p for p in pieces if p.component not in repeated])
+
+    return replace(
+        model,
+        variables=tuple([v for v in model.variables if v.name not in repeated]),
+        equations=left(model.equations),
+        initial_equations=left(model.initial_equations),
+        algorithms=left(model.algorithms),
+        initial_algorithms=left(model.initial_algorithms),
+        visuals=left(model.visuals),
+        declared=left(model.declared),
+    )
+
+
+Piece = TypeVar("Piece", flat.Equation, flat.Algorithm, flat.Visual, flat.Declared)
 
 
 def _model(
@@ -313,7 +348,7 @@ def _model(
 ) -> flat.FlatModel:
     definition = root.cls.definition
     parts = tuple(_part(i) for i in found.instances if i.prefix)
-    model = flat.FlatModel(
+    return flat.FlatModel(
         root.cls.name,
         tuple(variables),
         tuple(equations),
@@ -330,7 +365,6 @@ def _model(
         definition.name_span,
         figures=figures_of(root, root.session),
     )
-    return with_functions(model, root.session)
 
 
 def _part(instance: Instance) -> flat.Part:

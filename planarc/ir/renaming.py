@@ -40,11 +40,11 @@ def renaming(piece: Any, prefix: str) -> Renamed | None:
         raise Unrepeatable
     changes: list[tuple[int, Renamed]] = []
     values = []
-    for index, field in enumerate(piece.__struct_fields__):
-        value = getattr(piece, field)
+    for index, name in enumerate(piece.__struct_fields__):
+        value = getattr(piece, name)
         values.append(value)
         if isinstance(value, str):
-            change = _of_name(value, prefix) if field in _NAMES.get(kind, _COMPONENT) else None
+            change = _of_name(value, prefix) if name in _NAMES.get(kind, _COMPONENT) else None
         else:
             change = renaming(value, prefix)
         if change is not None:

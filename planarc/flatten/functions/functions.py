@@ -232,10 +232,13 @@ def function_body(
 # What a model calls -------------------------------------------------------------------
 
 
-def with_functions(model: flat.FlatModel, session: Session) -> flat.FlatModel:
+def with_functions(
+    model: flat.FlatModel, session: Session, distinct: flat.FlatModel
+) -> flat.FlatModel:
     """The model with the functions that it calls, directly or through others, in the order in
-    which they were made: not those that were only run while compiling."""
-    wanted = functions_called(expressions_of_model(model), session.functions)
+    which they were made: not those that were only run while compiling. A `distinct` part of the
+    model calls all of them."""
+    wanted = functions_called(expressions_of_model(distinct), session.functions)
     called = [f for name, f in session.functions.items() if name in wanted]
     return replace(model, functions=(*_interfaces(called, session), *called))
 

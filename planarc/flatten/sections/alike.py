@@ -220,6 +220,10 @@ class Copies(Struct, eq=False):
     last: dict[Any, Opened | None] = field(default_factory=dict)
     likeness: dict[Instance, Likeness] = field(default_factory=dict)
     repeat: Repeater = field(default_factory=Repeater)
+    #: components, variables and visuals whose pieces are those of others with other names
+    repeated: set[str] = field(default_factory=set)
+    #: variables of copies that have values of their own, and those of the first ones
+    given: list[tuple[str, str]] = field(default_factory=list)
 
     def copy(self, node: Instance, kind: Any) -> Parts | None:
         """The parts of a component that is like an earlier one; None for another one."""
@@ -256,6 +260,7 @@ class Copies(Struct, eq=False):
                 if not isinstance(leaf, Leaf) or not _is_same(leaf, variable):
                     return None
                 if given:
+                    self.given.append((leaf.name, variable.name))
                     found.leaves.append(leaf)
                     continue
             likeness = likenesses[variable.parent]
@@ -279,9 +284,11 @@ class Copies(Struct, eq=False):
             own = _member(parent, drawing.element.name, likeness.name(name))
             return None if own is None else visual_of(own)
         try:
-            return self.repeat(name, drawing.visual, likeness.old, likeness.new)
+            visual = self.repeat(name, drawing.visual, likeness.old, likeness.new)
         except Unrepeatable:
             return None
+        self.repeated.add(visual.component)
+        return visual
 
 
 def _counterparts(node: Instance, first: Opened) -> dict[Instance, Instance] | None:

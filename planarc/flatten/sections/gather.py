@@ -191,9 +191,11 @@ def _repeated(
     ):
         return None
     try:
-        return copies.repeat(likeness.first.name, sections, likeness.old, likeness.new)
+        repeated = copies.repeat(likeness.first.name, sections, likeness.old, likeness.new)
     except Unrepeatable:
         return None
+    copies.repeated.add(instance.name)
+    return repeated
 
 
 def _sections(instance: Instance) -> Sections:
@@ -253,9 +255,11 @@ def _twin(twin: Twin, made: dict[str, flat.Variable], copies: Copies) -> flat.Va
     if first is None or (known is not None and known.structural):
         return None
     try:
-        return copies.repeat(twin.first.name, first, twin.likeness.old, twin.likeness.new)
+        variable = copies.repeat(twin.first.name, first, twin.likeness.old, twin.likeness.new)
     except Unrepeatable:
         return None
+    copies.repeated.add(twin.name)
+    return variable
 
 
 def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:

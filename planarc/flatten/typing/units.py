@@ -334,20 +334,24 @@ class UnitCheck(Enum):
     OFF = "off"
 
 
-def check_units(model: flat.FlatModel, files: Collection[str]) -> list[Diagnostic]:
+def check_units(
+    model: flat.FlatModel, files: Collection[str], distinct: flat.FlatModel | None = None
+) -> list[Diagnostic]:
     """Warnings for units that certainly differ, in the files that the user works on:
-    what a library says inside is for its author to see."""
+    what a library says inside is for its author to see. A `distinct` part of the model has all
+    that can be wrong in it."""
     checker = Checker(
         {v.name: measure(v.attributes.unit) for v in model.variables},
         {f.name: f for f in model.functions},
         frozenset(v.name for v in model.variables if v.attributes.unit == "degC"),
     )
-    for variable in model.variables:
+    checked = distinct or model
+    for variable in checked.variables:
         checker.name(variable)
         checker.variable(variable)
-    checker.equations(model.equations)
-    checker.equations(model.initial_equations)
-    for declared in model.declared:
+    checker.equations(checked.equations)
+    checker.equations(checked.initial_equations)
+    for declared in checked.declared:
         what = f"`{declared.name or declared.kind}` of `__planarc` and its value"
         wanted, value = measure(declared.unit), declared.value
         checker.agree(what, wanted, checker.of(value), value.span)

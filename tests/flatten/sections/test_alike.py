@@ -168,6 +168,19 @@ model T
 end T;
 """
 
+UNITS = """
+model T
+  model Part
+    Real x;
+    Real y(unit="m");
+  equation
+    x = time;
+    y = x;
+  end Part;
+  Part a[2](x(unit={"m", "s"}));
+end T;
+"""
+
 WRONG = {
     "one broken element among 80": "Part a[80](k={if i == 57 then {i} else i for i in 1:80});",
     "a value too few": "Part a[80](k=fill(1, 79));",
@@ -207,8 +220,8 @@ def place(span: Span | None) -> object:
 
 @pytest.mark.parametrize(
     "text",
-    [SHAPED, REPLACED, ARM.format(3), *(PART.format(wrong) for wrong in WRONG.values())],
-    ids=["shaped", "replaced", "arm", *WRONG],
+    [SHAPED, REPLACED, UNITS, ARM.format(3), *(PART.format(wrong) for wrong in WRONG.values())],
+    ids=["shaped", "replaced", "units", "arm", *WRONG],
 )
 def test_copies_are_what_opening_each_gives(
     text: str, flatten_text: Callable[..., flat.FlatModel], monkeypatch: pytest.MonkeyPatch
