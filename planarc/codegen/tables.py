@@ -134,12 +134,13 @@ class Tables:
             nominal=layout[f"nominal({c.symbol})"] if c.nominal is not None else None,
             block=block,
             span=c.span,
+            holder=c.holder,
         )
 
     def fixed(self) -> tuple[FixedSlot, ...]:
         found = []
         for f in self._sorted.fixed:
-            told = (f.span, f.fixed, f.written, f.select, f.height)
+            told = (f.span, f.fixed, f.written, f.select, f.height, f.holder)
             slot = self._layout[f.symbol]
             found.append(FixedSlot(f.display, slot, self._start(f.symbol), *told))
         return tuple(found)

@@ -48,7 +48,8 @@ def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
         for p in program.parameter_slots
     )
     if not any(map(is_settable, slots)):
-        raise no_match("parameter that an FMU can set", parameters)
+        names = [p.name for p in program.parameter_slots if is_settable(p)]
+        raise no_match("parameter that an FMU can set", parameters, names)
     return replace(program, parameter_slots=slots)
 
 

@@ -154,6 +154,12 @@ class CandidateSlot(Data):
     nominal: int | None
     block: int  # index in Program.blocks
     span: Span
+    holder: str = ""  # the variable whose start it is, where that is not the one displayed
+
+    @property
+    def start_name(self) -> str:
+        """The variable for whose start the user gave a value."""
+        return self.holder or self.display
 
 
 class FixedSlot(Data):
@@ -167,6 +173,12 @@ class FixedSlot(Data):
     written: bool = True
     select: StateSelect = StateSelect.DEFAULT
     height: int = 0
+    holder: str = ""
+
+    @property
+    def start_name(self) -> str:
+        """The variable for whose start the user gave a value."""
+        return self.holder or self.display
 
 
 class DiscreteSlot(Data):

@@ -127,6 +127,7 @@ class Candidate(Data):
     fixed: bool
     nominal: Expr | None
     span: Span
+    holder: str = ""  # the variable whose start it is, where that is not the one displayed
 
 
 class Fixed(Data):
@@ -145,6 +146,7 @@ class Fixed(Data):
     written: bool = True
     select: StateSelect = StateSelect.DEFAULT
     height: int = 0  # of the candidates that it follows from; 0: of accelerations too
+    holder: str = ""  # as of a candidate
 
 
 class SortedDae(Data):

@@ -37,6 +37,7 @@ class Attributes(Data):
     fixed: bool
     nominal: Expr | None
     span: Span
+    holder: str = ""  # the variable whose start it is, where that is not the one displayed
 
 
 class _Member(Data):
@@ -119,14 +120,17 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
     first = by_start[0].variable
     nominals = (m.variable.nominal for m in (*by_name, *members))
     shown = by_name[0].variable if by_name else None
+    display = shown.name if shown else symbol_text(symbol.name, symbol.order)
+    held = by_start[0].sign > 0 and (first.fixed or first.start_written)
     return Attributes(
-        display=shown.name if shown else symbol_text(symbol.name, symbol.order),
+        display=display,
         select=max(m.variable.state_select for m in members),
         start=by_start[0].start(table),
         start_written=first.start_written,
         fixed=first.fixed,
         nominal=next((n for n in nominals if n is not None), None),
         span=first.span if first.fixed or first.start_written else (shown or first).span,
+        holder=first.name if held and first.name != display else "",
     )
 
 

@@ -278,7 +278,26 @@ def _set_in_whens(dae: Dae, over: Iterable[Equation]) -> tuple[Diagnostic, ...]:
                 hint = "remove one of them"
                 place = places_of[e.name]
                 return (Diagnostic("S302", message, place, hint=hint, related=other),)
+    known = {v.name for v in dae.discretes if not places.is_own(dae, v.span)}
+    for equation in over:  # what a library's part decides
+        for e in postorder((equation.left, equation.right)):
+            if e.is_symbol and e.name in places_of and e.name in known:
+                return (_jump_of_a_part(dae, e.name, equation, places_of[e.name]),)
     return ()
+
+
+def _jump_of_a_part(dae: Dae, name: str, equation: Equation, place: Span) -> Diagnostic:
+    """The message about a when-clause that sets what a component of a library decides."""
+    part = places.own_part(dae, equation.component)
+    where = f" (in `{equation.component}`)" if equation.component else ""
+    return Diagnostic(
+        "S302",
+        f"`{name}` is decided by `{part.name if part else equation.component}` all the while, so "
+        "that a when cannot set it",
+        place,
+        hint=f"let it jump: write `reinit({name}, ...)` in the when",
+        related=(Related(f"{equation.shown}{where} decides it", equation.span, detail=True),),
+    )
 
 
 def _given_twice(name: str, spans: Sequence[Span]) -> Diagnostic:

@@ -36,7 +36,7 @@ def held_variables(
             start = a.start if a.start is not None else table.zero
             written = a.fixed or a.start_written
             given = (start, a.display, a.span, a.fixed, written, a.select)
-            found.append(Fixed(symbol, *given, solved_with.get(symbol, 0)))
+            found.append(Fixed(symbol, *given, solved_with.get(symbol, 0), a.holder))
     return tuple(found)
 
 

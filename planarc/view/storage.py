@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
+from planarc.core.nearest import MOST, did_you_mean
 from planarc.core.prose import either, ticked
 from planarc.ir.program import Column, Program
 
@@ -148,13 +149,19 @@ def shown(program: Program, only: re.Pattern[str] | None = None) -> tuple[Column
 def refuse_no_match(program: Program, only: re.Pattern[str] | None) -> None:
     """Refuse, with UsageError V505, a regular expression that matches no name."""
     if only is not None and not shown(program, only):
-        raise no_match("variable", only)
+        raise no_match("variable", only, (c.name for c in shown(program)))
 
 
-def no_match(kind: str, only: re.Pattern[str]) -> UsageError:
-    """The refusal of a regular expression that matches nothing of a kind."""
-    return usage_error(
-        "V505",
-        f"no {kind} matches `{only.pattern}`",
-        hint="look at the names in a result, and put a backslash before `[` or `(`",
-    )
+def no_match(kind: str, only: re.Pattern[str], names: Iterable[str] = ()) -> UsageError:
+    """The refusal of a regular expression that matches none of the names of a kind."""
+    names = list(names)
+    hint = "look at the names in a result, and put a backslash before `[` or `(`"
+    small = re.compile(only.pattern, only.flags | re.IGNORECASE)
+    plain = only.pattern.replace("\\", "").strip("^$")
+    if meant := [n for n in names if small.search(n)]:
+        hint = f"did you mean {either(meant[:MOST])}? Capitals count"
+    elif meant := [n for n in names if plain in n]:
+        hint = f"for {either(meant[:MOST])}, write `{re.escape(meant[0])}`"
+    elif (near := did_you_mean(plain, names)) is not None:
+        hint = str(near)
+    return usage_error("V505", f"no {kind} matches `{only.pattern}`", hint=hint)

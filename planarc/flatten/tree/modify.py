@@ -195,6 +195,12 @@ def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     message = f"`{name}` is final and cannot be modified"
     follows = re.search(r"=\s*([A-Za-z_]\w*)$", inner.text) if inner else None
     hint = f"set `{follows[1]}`, which it follows from" if follows else "remove the modifier"
+    unit = re.search(r'\bunit\s*=\s*"(.*)"$', inner.text) if inner and name == "unit" else None
+    if unit:
+        hint = f"values are in `{unit[1]}` here: turn yours into it, and choose what is shown by "
+        hint += "`displayUnit`"
+        if unit[1] == "rad":
+            hint += "; `Modelica.Units.Conversions.from_deg(30)` is 30 degrees"
     return error("F221", message, outer, hint=hint, related=[Related("declared final here", inner)])
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.places import own_part
+from planarc.ir.program import Program
 from planarc.solve.contact.bodies import bodies, fixed_together
 from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages import event
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 #: Impulses below this part of the largest at an instant are rounding.
 FELT = 1e-12
 
+_HALF_PLANE = "PlanarMultiBody.Contacts.HalfPlane"
 _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 
@@ -95,10 +97,33 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
     if f"{name}.length" in parameters:  # a rope, whose gap is what is left of its slack
         message = f"{named(touches, i)} is {depth} m too short to join {what} at t = {t:.6g} s"
         hint = f"give `{name}.length` a larger value, or start the bodies nearer to each other"
+    if (beyond := _beyond(touches.program, name)) is not None:
+        way, end, other = beyond
+        message = f"`{way}` lies beyond the stop `{end}` at t = {t:.6g} s, by {depth} m"
+        if f"{way.rpartition('.')[0]}.R" in parameters:
+            message += f" at the radius `{way.rpartition('.')[0]}.R`"
+        hint = f"start between the stops, or give `{end}` a {other} value"
+    planes = {p.name for p in touches.program.parts if p.class_name == _HALF_PLANE}
+    contact = found[1] if (found := _POINT.match(name)) else name
+    if plane := next((p for n in "12" if (p := f"{contact}.contour{n}") in planes), ""):
+        hint += f"; if they should meet from the other side, turn `{plane}` round: what lies to "
+        hint += "the right of its `angle` is solid"
     if open_curves:
         curve = open_curves[-1].removeprefix(f"{name}.")
         hint += f"; if they should be on the other side, set `{name}({curve}(switchSide=true))`"
     return _found(touches, i, "R480", message, hint)
+
+
+def _beyond(program: Program, name: str) -> tuple[str, str, str] | None:
+    """Of a touch that is one of two stops: the coordinate, its limit, and which would be wider."""
+    stops, _, side = name.rpartition(".")
+    ending = {"lower": "_min", "upper": "_max"}.get(side, "?")
+    for p in program.parameter_slots:
+        if p.name.startswith(f"{stops}.") and p.name.endswith(ending):
+            way = p.name.removesuffix(ending)
+            if any(c.name == way for c in program.columns):
+                return way, p.name, "smaller" if side == "lower" else "larger"
+    return None
 
 
 def begun_wrong(touches: Points, t: float) -> Diagnostic | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -9,13 +10,14 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
+from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.start import newton
-from planarc.solve.start.held import Choice, places, weakness
+from planarc.solve.start.held import INDEPENDENT, Choice, free_motions, places, weakness
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.surplus import spare_ground, too_many_conditions
 from planarc.solve.start.system import System
@@ -123,7 +125,7 @@ def _not_assembled(
     loop = _loop(system, rows, columns, root.residuals)
     texts = [i.text for row in system.initial_rows if (i := row_info(system, row)) is not None]
     over = None if loop else too_many_conditions(system, texts)
-    held = _held_against(system, rows, root.residuals)
+    held = _held_against(system, root, rows, columns)
     if held is not None and not loop and over is None:
         return held
     parts = _parts(system, rows, columns, root.residuals)
@@ -157,30 +159,78 @@ def _not_assembled(
     )
 
 
-def _held_against(system: System, rows: Sequence[int], r: Vector) -> NotAssembled | None:
+def _held_against(
+    system: System, root: newton.Root, rows: Sequence[int], columns: Sequence[int]
+) -> NotAssembled | None:
     """The message where the worst of all is a fixed start value of what others decide."""
+    r, first = root.residuals, system.fixed_rows.start
     k = max(range(len(r)), key=lambda k: abs(r[k])) if len(r) == len(rows) else -1
-    if k < 0 or rows[k] < system.fixed_rows.start:
+    if k < 0 or rows[k] < first:
         return None
-    fixed = system.conditions[rows[k] - system.fixed_rows.start]
+    fixed = system.conditions[rows[k] - first]
     if not fixed.fixed or fixed.display.startswith(MISFIT):
         return None
-    start = float(system.kernel.w[fixed.start])
-    giver = trouble.determining(system.program, system.kernel, fixed.slot)
-    names = [] if giver is None else own_names(system.program, [giver.component])
+    program, name, whole = system.program, fixed.start_name, [rows[k]]
+    vector = _vector(name)
+    elements = [
+        row
+        for row, f in zip(system.fixed_rows, system.conditions, strict=True)
+        if _vector(f.start_name) == vector and f.fixed and row in rows
+    ]
+    if vector and len(elements) > 1:  # they are one mistake
+        name, whole = vector, elements
+    own = own_names(program, [owner(name)])
+    giver = trouble.determining(program, system.kernel, fixed.slot)
+    names = [] if giver is None else own_names(program, [giver.component])
     by = f"`{names[0]}`, which decides it" if names and names[0] else "what decides it"
-    if names in ([], own_names(system.program, [owner(fixed.display)])):  # its own law, from others
-        others = [c.display for c in system.conditions if c.fixed and c.slot != fixed.slot]
-        others = [name for name in others if not name.startswith(MISFIT)]
-        by = f"what follows from the fixed start of {trouble.names(others)}" if others else by
+    if names in ([], own) or fixed.holder:  # its own law, from others
+        others: list[CandidateSlot | FixedSlot] = [
+            c for i, c in enumerate(program.candidates) if i in columns and c.fixed
+        ]
+        others += [c for row, c in enumerate(system.conditions, first) if row not in whole]
+        told = [o.start_name for o in others if o.fixed and not o.display.startswith(MISFIT)]
+        by = f"what follows from the fixed start of {trouble.names(told)}" if told else by
+    starts = [float(system.kernel.w[system.conditions[row - first].start]) for row in whole]
+    misses = _misses(system, root, rows, columns, whole)
+    follows = [start + miss for start, miss in zip(starts, misses, strict=True)]
     found = Diagnostic(
         "R411",
-        f"the fixed start value {start:.6g} of `{fixed.display}` contradicts {by}",
-        declaration(system.program, fixed.display, fixed.span),
-        hint=f"remove `fixed = true` from `{fixed.display}`, which follows as "
-        f"{start + float(r[k]):.6g} from the others",
+        f"the fixed start value {_values(starts)} of `{name}` contradicts {by}",
+        declaration(program, fixed.start_name, fixed.span),
+        hint=f"remove `fixed = true` from `{name}`, which follows as {_values(follows)} from the "
+        "others",
     )
     return NotAssembled(found)
+
+
+def _misses(
+    system: System,
+    root: newton.Root,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    left_out: Sequence[int],
+) -> list[float]:
+    """How far conditions are from being met where all others of a stage are."""
+    import numpy as np
+
+    held = np.array([c.fixed for c in system.program.candidates])
+    start = [system.kernel.w[c.start] for c in system.program.candidates]
+    others = [row for row in rows if row not in left_out]
+    met = _best(system, np.where(held, start, root.point), others, columns, held)
+    values = system(met.point) if met.converged else None
+    if values is None:
+        return [float(root.residuals[rows.index(row)]) for row in left_out]
+    return [float(values[row]) for row in left_out]
+
+
+def _vector(name: str) -> str:
+    """The vector of which a name is an element; empty where it is of none."""
+    return name.rpartition("[")[0]
+
+
+def _values(values: Sequence[float]) -> str:
+    shown = [f"{v:.6g}" for v in values]
+    return shown[0] if len(shown) == 1 else f"{{{', '.join(shown)}}}"
 
 
 def _at_home(
@@ -260,23 +310,28 @@ def _contradiction(
     first = program.candidates[extra]
     others: list[CandidateSlot | FixedSlot] = [program.candidates[i] for i in partners]
     others += [f for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)]
-    names = trouble.names([*(o.display for o in others), first.display])
-    hint = f"remove `fixed = true` from `{first.display}`"
+    names = trouble.names([*(o.start_name for o in others), first.start_name])
+    hint = f"remove `fixed = true` from `{first.start_name}`"
     if without.converged:
         hint += f", which follows as {without.point[extra]:.6g} from the others"
-    place = declaration(program, first.display, first.span)
-    drive = "" if "fixed" in place.text else _drive(program, first)
+    place = declaration(program, first.start_name, first.span)
+    drive = "" if re.search(r"\bfixed\b", place.text) else _drive(program, first)
     if drive:
-        hint = f"`{drive}` holds it there at the start"
+        hint = f"`{drive}` is held there at the start"
         if without.converged:
             name = drive.rpartition(".")
             hint += f": write `{name[0]}({name[2]}(start={without.point[extra]:.6g}))`"
     full = _best(system, u0, rows, columns, np.array(choice.held))
+    if without.converged and not partners and not drive and not others:
+        locked = _locked(system, without.point, extra, rows, columns, place)
+        if locked is not None:
+            return NotAssembled(locked)
     worst = [] if others else _worst(system, rows, full.residuals)
     against = [i for _, i in worst if is_own(program, i.span)]
     what = f"`{against[0].text}`" if against else "the equations"
     notes = [
-        (f"`{o.display}` is fixed here", declaration(program, o.display, o.span)) for o in others
+        (f"`{o.start_name}` is fixed here", declaration(program, o.start_name, o.span))
+        for o in others
     ]
     notes += [(f"`{i.text}` stands here", i.span) for i in against[:1]]
     found = Diagnostic(
@@ -289,6 +344,47 @@ def _contradiction(
         related=tuple(Related(message, span) for message, span in notes[:_WORST]),
     )
     return NotAssembled(found)
+
+
+def _locked(
+    system: System,
+    point: Vector,
+    held: int,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    place: Span,
+) -> Diagnostic | None:
+    """The message where a loop holds the joint whose start is fixed, so that no start fits."""
+    program, first = system.program, system.program.candidates[held]
+    motions = free_motions(system, point)
+    if (
+        program.mechanism is None
+        or motions is None
+        or not is_closed(program, [owner(first.display)])
+    ):
+        return None
+    moving = [i for i in columns if abs(motions[i]).max(initial=0.0) > INDEPENDENT]
+    if held in moving:
+        return None
+    joints = {j.name for j in program.mechanism.joints}
+    shown = [program.candidates[i].display for i in moving]
+    names = own_names(program, (owner(n) for n in shown if owner(n) in joints))
+    free = trouble.names(names)
+    loop = loop_names(program, [owner(first.display)])
+    name, value = first.start_name, f"{point[held]:.4g}" if abs(point[held]) > _SMALL else "0"
+    only = f"only {free} can move" if free else "nothing in it can move"
+    return Diagnostic(
+        "R411",
+        f"`{name}` cannot start at {float(system.kernel.w[first.start]):.4g}: the loop of {loop} "
+        f"holds it at {value}, and {only}",
+        place,
+        hint=f"{free} slide along the same line: give one of them another direction `n`"
+        if len(names) == 2 and all(n.endswith((".s", ".v")) for n in shown)
+        else "change a length in this loop, or the direction of a slide",
+        related=tuple(
+            Related(f"`{n}` moves here", declaration(program, f"{n}.x", NOWHERE)) for n in names
+        ),
+    )
 
 
 def _drive(program: Program, held: CandidateSlot) -> str:

@@ -57,6 +57,8 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     every = [program.equations[e] for e in program.blocks[block].equations]
     alone = program.mechanism is None and program.blocks[block].linear
     names = trouble.components(program, every if alone else infos)
+    massless = _massless(system, block)
+    home = owner(massless) if massless else infos[0].component if infos else ""
     found = Diagnostic(
         "R410",
         f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
@@ -64,11 +66,11 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
         hint=_zeros(system, infos)
-        or _massless(system, block)
+        or (f"`{massless}` is 0: give it a value" if massless else None)
         or _advice(program, tried, program.blocks[block].linear),
         related=trouble.related(worst),
     )
-    return NotEvaluated(point_home(program, found, infos[0].component if infos else ""))
+    return NotEvaluated(point_home(program, found, home))
 
 
 def _zeros(system: System, infos: Sequence[EquationInfo], divisors: bool = False) -> str | None:
@@ -115,7 +117,7 @@ def _massless(system: System, block: int) -> str | None:
         return bool(sizes[-1] > _REGULAR * sizes[0])
 
     components = {program.equations[e].component for e in code.equations}
-    found = []
+    found: list[str] = []
     if regular():
         return None
     for parameter in program.parameter_slots:
@@ -128,7 +130,7 @@ def _massless(system: System, block: int) -> str | None:
         kernel.w[parameter.slot] = 0.0
     kernel.parameters()
     names = [n for n in found if "[" not in n] or found
-    return f"{trouble.names(names[:1])} is 0: give it a value" if names else None
+    return names[0] if names else None
 
 
 def _advice(program: Program, tried: Account | None, linear: bool) -> str:
