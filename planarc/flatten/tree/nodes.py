@@ -34,7 +34,7 @@ from planarc.flatten.library.library import Entry, Library
 from planarc.flatten.terms.constant import Value
 from planarc.ir import flat, syntax
 
-#: Depth of bindings of classes that belong to no component (types, packages).
+#: What is added to the depth of bindings of classes that belong to no component (types, packages).
 STATIC_DEPTH = 1_000_000
 
 
@@ -72,7 +72,7 @@ class Binding(Struct, eq=False):
     def depth(self) -> int:
         """The depth of the modifier in the component tree; less is stronger."""
         instance = self.scope.instance
-        return STATIC_DEPTH if instance.prefix is None else instance.depth
+        return instance.depth + (STATIC_DEPTH if instance.prefix is None else 0)
 
     def yields_to(self, whole: Binding) -> bool:
         """The value of the record around it is stronger than this one of a part."""
