@@ -63,7 +63,8 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
         dae = to_dae(problem.model)
     except PlanarcError:
         return problem
-    inputs = problem.imbalance.inputs
+    arrays = {n: n.rpartition("[")[0] or n for n in (v.name for v in dae.variables)}
+    inputs = {n: array for n, array in arrays.items() if array in problem.imbalance.inputs}
     over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs)
     told = (*over, *under) or explain_discretes(dae) or _lacking(dae, problem.imbalance.lack)
     code, count = problem.diagnostics[0].code, Related(problem.imbalance.sizes, detail=True)

@@ -24,6 +24,7 @@ _EVERYWHERE = (
 
 def answer(arguments: Sequence[str]) -> int:
     """Run a command line and give its exit code. Raises UsageError where it is wrong."""
+    _refuse_spaces(arguments)
     app = make_app(_wanted(arguments), options=not _lists(arguments))
     try:
         code = app(args=arguments or ["--help"], prog_name="planarc", standalone_mode=False)
@@ -142,6 +143,17 @@ def root(
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell more.")] = False,
 ) -> None:
     """Compile and simulate planar mechanisms."""
+
+
+def _refuse_spaces(arguments: Sequence[str]) -> None:
+    """Raise UsageError for `--set rod.m = 2`, of which the shell makes several words."""
+    for at, word in enumerate(arguments):
+        if word[:1] != "=" or not at:
+            continue
+        words = arguments[at - 1 : at + (2 if word == "=" else 1)]
+        hint = f"write it in one word: `{''.join(words)}`"
+        message = f"there are spaces around the `=` of `{' '.join(words)}`"
+        raise UsageError((Diagnostic("C100", message, hint=hint),))
 
 
 def _told(error: Exception) -> Diagnostic:

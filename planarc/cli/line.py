@@ -116,6 +116,8 @@ def _sorted_out(known: Sequence[Parameter], line: Sequence[str]) -> dict[str, An
     placed: list[str] = []
     rest = iter(line)
     for word in rest:
+        if word.startswith("="):
+            raise ValueError(word)  # spaces around a `=`
         if word == "--":
             placed += rest
         elif not word.startswith("-") or word == "-":

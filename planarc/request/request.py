@@ -13,8 +13,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError, usage_error
 from planarc.core.mend import Meant
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import be, shortened, ticked
@@ -71,17 +73,35 @@ def roots_of(request: Request) -> tuple[Path, ...]:
     path = [Path(p) for p in os.environ.get("MODELICAPATH", "").split(os.pathsep) if p]
     for root in named:
         if not os.path.exists(root):  # noqa: PTH110 (so is a name that is too long)
-            raise _usage(
-                "C104", f"there is no library `{root}`", "check the path after `--library`"
-            )
+            raise _usage("C104", f"there is no library `{root}`", _path_near(root))
         if not (root.is_dir() or root.is_file()):
             raise _usage("C104", f"`{root}` is no library", "give a folder, or an ordinary file")
-    return (*named, *(p for p in path if os.path.exists(p)), stdlib())  # noqa: PTH110
+    own = None if request.file is None else _own_package(request.file)
+    found = (p for p in path if os.path.exists(p))  # noqa: PTH110
+    return (*named, *([own] if own else ()), *found, stdlib())
+
+
+def _path_near(path: Path) -> str:
+    """What to do about a path that leads nowhere."""
+    from planarc.core.nearest import nearest
+
+    beside = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+    near = nearest(path.name, beside, most=1)
+    hint = "check the path after `--library`"
+    return f"did you mean `{path.with_name(near[0])}`?" if near else hint
+
+
+def _own_package(file: Path) -> Path | None:
+    """The outermost package that a file is in by its place."""
+    found, folder = None, file.absolute().parent
+    while folder != found and any((folder / f"package{s}").is_file() for s in SUFFIXES):
+        found, folder = folder, folder.parent
+    return found
 
 
 def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
     """The libraries with the user's file in them, and the names that the file declares."""
-    from planarc.flatten.library.library import Library
+    from planarc.flatten.library.library import Library, misnamed
     from planarc.parse.parser import parse_annotation
 
     reader = Reader()
@@ -98,7 +118,14 @@ def open_library(request: Request) -> tuple[Library, Reader, tuple[str, ...]]:
                 f"`{request.file}` holds no class",
                 "write a model: `model Name ... end Name;`",
             )
+        package = _own_package(request.file)
+        whole = ".".join((*(stored.within or ()), stored.classes[0].name))
+        if package is not None and request.file.stem == "package" and library.entry(whole):
+            return library, reader, (whole,)
         names = library.add_file(stored)
+        if package is not None and all(c.name != request.file.stem for c in stored.classes):
+            wrong = misnamed(request.file, stored, request.file.stem)
+            library.remarks.append(replace(wrong, severity=Severity.WARNING))
     return library, reader, names
 
 

@@ -23,7 +23,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
-from planarc.core.prose import counted, listed, shortened
+from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, SetDiscrete, Variable
@@ -33,6 +33,7 @@ from planarc.structure.matching import Matching, find_singular_parts, match_equa
 from planarc.structure.places import owner_span
 
 _SHOWN = 4  # equations and names in one message
+_NONE: Mapping[str, str] = {}
 
 
 class Misfit(Data):
@@ -72,11 +73,11 @@ def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[E
 
 
 def explain_misfit(
-    dae: Dae, misfit: Misfit, inputs: Collection[str] = ()
+    dae: Dae, misfit: Misfit, inputs: Mapping[str, str] = _NONE
 ) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
     """Messages about too many equations and about undecided unknowns: each one message, or () where
-    the user wrote none of them himself. Codes
-    are those of `structure`."""
+    the user wrote none of them himself. `inputs` are connected to nothing, each with the array that
+    it is of. Codes are those of `structure`."""
     over: tuple[Diagnostic, ...] = ()
     under: tuple[Diagnostic, ...] = ()
     if misfit.rivals:
@@ -87,7 +88,8 @@ def explain_misfit(
     own = [n for n in misfit.undecided if places.is_own(dae, known[n].span)]
     open_inputs = [n for n in misfit.undecided if n in inputs]
     if open_inputs:
-        under = tuple(_not_connected(dae, name) for name in open_inputs[:_SHOWN])
+        named = dict.fromkeys(_whole_or_entry(n, open_inputs, inputs) for n in open_inputs)
+        under = tuple(_not_connected(dae, name) for name in [*named][:_SHOWN])
     elif own:
         under = (_undecided(own, known[own[0]], misfit.naming),)
     return over, under
@@ -99,6 +101,8 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         return jumping
     if (held := _held_though_it_moves(dae, misfit)) is not None:
         return held
+    if (given := _given_parameters(dae, misfit.too_many)) is not None:
+        return given
     if len(rivals) == 1:
         shown = rivals[0].shown
         if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
@@ -161,6 +165,30 @@ def _held_though_it_moves(dae: Dae, misfit: Misfit) -> Diagnostic | None:
     return None
 
 
+def _given_parameters(dae: Dae, too_many: Sequence[Equation]) -> Diagnostic | None:
+    """The message about equations that give parameters their values."""
+    parameters = {p.name for p in dae.parameters}
+    if not too_many or not all(
+        is_own(dae, e) and e.left.is_symbol and e.left.name in parameters for e in too_many
+    ):
+        return None
+    names = both(dict.fromkeys(e.left.name for e in too_many))
+    shown, count = listed(e.shown for e in too_many[:_SHOWN]), len(too_many)
+    first, *others = too_many
+    owner, _, name = first.left.name.rpartition(".")
+    value = f"{name} = {text(first.right)}"
+    written = f"`{owner}({value})`" if owner else f"`{value}`"
+    what, rest = ("parameters", "equations") if others else ("a parameter", "equation")
+    return Diagnostic(
+        "S302",
+        f"{names} {be(count)} {what}, which no equation decides: {shown} {be(count)} too many",
+        first.span,
+        hint=f"give {'each its' if others else 'it its'} value where it is declared, {written}, "
+        f"and remove the {rest}",
+        related=tuple(Related(f"{e.shown} stands here", e.span) for e in others[:_SHOWN]),
+    )
+
+
 def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | None:
     """The message about a variable that has a derivative, and that a when-clause sets."""
     actions = (a for when in dae.whens for branch in when.branches for a in branch[-1])
@@ -182,11 +210,6 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
     """What a user means who gives a joint's coordinate by an equation; `alone`: it is the only one
     that is too many."""
     parameters = {p.name for p in dae.parameters}
-    if equation.left.is_symbol and equation.left.name in parameters:
-        name, given = equation.left.name, text(equation.right)
-        return (
-            f"`{name}` is a parameter: give it its value, `{name} = {given}`, where it is declared"
-        )
     for side, value in ((equation.left, equation.right), (equation.right, equation.left)):
         owner, _, name = side.name.rpartition(".") if side.is_symbol else ("", "", "")
         if f"{owner}.drivenFlange" in parameters:
@@ -232,6 +255,12 @@ def _undecided(names: Sequence[str], first: Variable, naming: Sequence[Equation]
         hint=f"write an equation for `{first.name}`, or a value where it is declared",
         related=others,
     )
+
+
+def _whole_or_entry(name: str, open_inputs: Collection[str], inputs: Mapping[str, str]) -> str:
+    """The array of an input, where all entries of it are open."""
+    entries = [n for n, array in inputs.items() if array == inputs[name]]
+    return inputs[name] if {*entries} <= {*open_inputs} else name
 
 
 def _not_connected(dae: Dae, name: str) -> Diagnostic:

@@ -142,16 +142,18 @@ def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, sto
 
 def _effort(program: Program, coordinate: Any) -> str:
     known = {c.name for c in program.columns}
-    refuse_unknown("variable", (coordinate,), known)
-    joint, _, last = coordinate.rpartition(".")
-    effort = f"{joint}.{EFFORTS.get(last, '')}"
-    if effort in known:
-        return effort
     choices = [
         c for c in sorted(known)
         if EFFORTS.get(c.rpartition(".")[2])
         and f"{c.rpartition('.')[0]}.{EFFORTS[c.rpartition('.')[2]]}" in known
     ]  # fmt: skip
+    if coordinate not in known:
+        inside = [c for c in choices if c.startswith(f"{coordinate}.")]
+        refuse_unknown("variable", (coordinate,), inside or known)
+    joint, _, last = coordinate.rpartition(".")
+    effort = f"{joint}.{EFFORTS.get(last, '')}"
+    if effort in known:
+        return effort
     raise usage_error(
         "C242",
         f"`{coordinate}` is no coordinate of a joint, so nothing can drive it",

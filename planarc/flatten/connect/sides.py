@@ -51,11 +51,23 @@ def both_sides(node: syntax.Connect, env: Env) -> tuple[object | None, object | 
         if len(found) < 2:
             raise
         message = f"neither `{node.left}` nor `{node.right}` is a connector"
-        hint = f"write the equation `{node.left} = {node.right};`"
+        hint = _hint_of_connectors(node, env)
+        hint = hint or f"write the equation `{node.left} = {node.right};`"
         if any(d.is_part for d in found):
             hint = "; ".join(d.hint for d in found if d.hint) or "connect connectors of them"
         raise error("F311", message, node.span, hint=hint) from None
     return left, right
+
+
+def _hint_of_connectors(node: syntax.Connect, env: Env) -> str | None:
+    """What to write where variables of connectors were connected: `pin.frame_b.r`."""
+    owners = [
+        replace(ref, parts=ref.parts[:-1]) for ref in (node.left, node.right) if len(ref.parts) > 1
+    ]
+    views = [resolve(owner, env) for owner in owners]
+    if len(views) < 2 or not all(isinstance(v, Instance) and v.is_connector for v in views):
+        return None
+    return f"connectors are connected as a whole: write `connect({owners[0]}, {owners[1]});`"
 
 
 def _hint_of_signals(node: syntax.Connect, env: Env) -> str | None:

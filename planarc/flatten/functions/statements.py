@@ -104,7 +104,9 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
         if name not in env.locals:
             raise error("F301", f"a function cannot assign `{ref}`", ref.span)
         if any(v.name == name for v in env.function.inputs):
-            raise error("F301", f"the input `{name}` of a function cannot be assigned", ref.span)
+            message = f"the input `{name}` of a function cannot be assigned"
+            hint = "declare another variable below `protected`, and assign that one"
+            raise error("F301", message, ref.span, hint=hint)
         return _field_target(target, ref)
     if isinstance(target, flat.Reference):
         leaf = env.session.leaves.get(target.name)

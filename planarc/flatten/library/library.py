@@ -22,7 +22,7 @@ from pathlib import Path
 
 from msgspec import Struct, field
 
-from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.files import read_plain
 from planarc.core.looked import Looked
 from planarc.ir import syntax
@@ -107,6 +107,16 @@ def nested_classes(definition: syntax.ClassDef) -> Iterator[syntax.ClassDef]:
     composition = definition.composition
     elements = () if composition is None else composition.elements
     return (element for element in elements if isinstance(element, syntax.ClassDef))
+
+
+def misnamed(file: Path, stored: syntax.StoredDefinition, name: str) -> Diagnostic:
+    """The error of a file that does not hold the class of its name."""
+    message, span, hint = f"the file `{file.name}` holds no class `{name}`", stored.span, None
+    for definition in stored.classes[:1]:
+        message += f", but `{definition.name}`"
+        span = definition.name_span
+        hint = f"name the class `{name}`, or the file `{definition.name}{file.suffix}`"
+    return Diagnostic("F206", message, span, hint=hint)
 
 
 class Library:
@@ -272,12 +282,7 @@ class Library:
                 found = Diagnostic("F205", message, definition.name_span, Severity.WARNING, above)
                 self.remarks.append(found)
             return definition
-        message, span, hint = f"the file `{file.name}` holds no class `{name}`", stored.span, None
-        for definition in stored.classes[:1]:
-            message += f", but `{definition.name}`"
-            span = definition.name_span
-            hint = f"name the class `{name}`, or the file `{definition.name}{file.suffix}`"
-        raise error("F206", message, span, hint=hint)
+        raise PlanarcError(misnamed(file, stored, name))
 
     def _read(self, file: Path) -> syntax.StoredDefinition:
         if file not in self._files:

@@ -21,7 +21,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Miscounted, PlanarcError, Related, error
-from planarc.core.prose import counted
+from planarc.core.prose import counted, listed
 from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.calls import (
@@ -79,6 +79,9 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
         hint = None
         if bool(left.type.dims) is not bool(right.type.dims) and "*" in node.span.text:
             hint = "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
+        elif isinstance(node.left, syntax.Matrix) and isinstance(right, flat.Call):
+            results = node.left.span.text.strip("[] ")
+            hint = f"the results of a call stand in parentheses: write `({results})`"
         elif base_conforms(left.type, right.type) or base_conforms(right.type, left.type):
             hint = _sizes(left, right)
         message = f"the sides of the equation have different types: {types}"
@@ -169,16 +172,16 @@ def _if_of(
     if not branches:
         return otherwise
     if not env.in_when:
-        counts = [count_equations(body) for _, body in branches] + [count_equations(otherwise)]
-        if len(set(counts)) > 1:
-            numbers = ", ".join(map(str, dict.fromkeys(counts)))
+        counts = [count_equations(body) for body in (*(b for _, b in branches), otherwise)]
+        if len({*counts}) > 1:
+            numbers = listed(map(str, counts))
             message = f"the branches of `if` have different numbers of equations: {numbers}"
-            hint = "give all branches, `else` too, as many equations"
-            if len(set(counts[:-1])) == 1 and not otherwise:
-                given = counted(counts[0], "equation")
-                message = f"this `if` has {given}, and none for where its condition is false"
-                hint = f"write `else` with {given} before `end if`"
-            hint = _jump(branches, otherwise) or hint
+            hint = _jump(branches, otherwise) or "give all branches, `else` too, as many equations"
+            if not node.otherwise:
+                numbers = counted(max(counts), "equation")
+                message = f"this `if` without `else` makes {numbers} while its condition holds, "
+                message += "and none while it does not"
+                hint = _jump(branches, otherwise) or "say in an `else` what holds otherwise"
             if branches[0][0].span.text.replace(" ", "") == "initial()":
                 hint = "write what holds at the start only in a section `initial equation`"
             raise error("F305", message, node.span, hint=hint)

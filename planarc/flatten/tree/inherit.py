@@ -135,7 +135,10 @@ def _take_base(
     """Append the parts of a base class, which keep their order, behind those here."""
     known = layout_of(base)
     if not known.done:
-        raise error("F232", f"`{base.name}` extends itself", span)
+        hint = None
+        if base is part.cls:
+            hint = f"name another class in full, as in `extends Package.{base.definition.name}`"
+        raise error("F232", f"`{base.name}` extends itself", span, hint=hint)
     if modification is not None:
         modification, left_out, cut = _deselected(modification, known, base)
     else:

@@ -22,12 +22,15 @@ from collections.abc import Collection, Iterator
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean, nearest
+from planarc.core.prose import both
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, layout_of, node_of, static_instance
 from planarc.flatten.tree.modify import part_mod
 from planarc.flatten.tree.nodes import Class, Element, Instance, Leaf, Part, Scope, Session
 from planarc.ir import syntax
+
+_LISTED = 6  # names of a package in one message
 
 
 def member(instance: Instance, name: str, part: Part | None = None) -> Element | None:
@@ -201,7 +204,10 @@ def import_target(
             raise error("F214", f"`{name}` is protected in `{owner.name}`", span)
     if element is None:
         package, _, name = done.rpartition(".")
-        near = did_you_mean(name, scope.session.library.class_names(package))
+        inside = scope.session.library.class_names(package)
+        near: Meant | str | None = did_you_mean(name, inside)
+        if near is None and package and 0 < len(inside) <= _LISTED:
+            near = f"`{package}` holds {both(inside)}"
         message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
         folder = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
         if done == "Modelica.Mechanics.MultiBody":

@@ -41,7 +41,7 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
                 return reason
         elif lookup.member(static_instance(cls), name) is None:
             return f"it has no `{name}`"
-    return None
+    return _input_obstacle(cls, own, wanted)
 
 
 def _same_kind(own: syntax.ClassKind, wanted: syntax.ClassKind) -> bool:
@@ -73,6 +73,32 @@ def _type_obstacle(name: str, cls: Class, constraint: Class) -> str | None:
     if own is None or wanted is None or base_conforms(wanted, own):
         return None
     return f"its `{name}` is {type_text(own)}, not {type_text(wanted)}"
+
+
+def _input_obstacle(cls: Class, own: Layout, wanted: Layout) -> str | None:
+    """Calls of a function give values to no more inputs than it has there (6.5)."""
+    if not _inputs(wanted):
+        return None
+    for name, definition in _inputs(own).items():
+        default = definition.modification is not None and definition.modification.binding
+        if name in wanted.members or default:
+            continue
+        element = lookup.member(static_instance(cls), name)
+        if element is not None and element.mod.binding is None:
+            return f"its input `{name}` has no value of its own, and calls give it none"
+    return None
+
+
+def _inputs(layout: Layout) -> dict[str, syntax.Component]:
+    """The inputs of a function, of any other class none."""
+    if layout.kind is not syntax.ClassKind.FUNCTION:
+        return {}
+    return {
+        name: definition
+        for name, (_, definition) in layout.members.items()
+        if isinstance(definition, syntax.Component)
+        and definition.causality is syntax.Causality.INPUT
+    }
 
 
 def _builtin_of(name: str, cls: Class) -> flat.Type | None:

@@ -76,6 +76,13 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         )
         if dims_conform(left.type.dims[:1], right.type.dims[:1]) and len(left.type.dims) == 2:
             hint += f"; `transpose({left.span.text})` would fit"
+    column = next((x for x in (left, right) if x.type.dims[1:] == (1,)), None)
+    if op in ("+", "-") and column is not None and 1 in (len(left.type.dims), len(right.type.dims)):
+        hint = f"a matrix of one column is no vector: write `vector({column.span.text})`"
+    named = next((x for x in (left, right) if x.type.literals), None)
+    if named is not None and op in _RELATIONS:
+        written = right if named is left else left
+        hint = f"compare with a value by its name, such as `{_literal(named.type, written)}`"
     if op in _RELATIONS and left.type.base in NUMERIC and right.type.base in NUMERIC:
         hint = _one_of_each(op, left, right)
     if op == "/" and len(right.type.dims) == 2 and left.type.dims:
@@ -87,6 +94,15 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"
     message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
     return error("F274", message, span, hint=hint)
+
+
+def _literal(type_: flat.Type, written: flat.Expression) -> str:
+    """The value of an enumeration that a number or a text stands for, or its first."""
+    value = written.value if isinstance(written, flat.Literal) else 1
+    if value in type_.literals:
+        return f"{type_.name}.{value}"
+    known = dict(enumerate(type_.literals, 1))
+    return f"{type_.name}.{known.get(value, type_.literals[0])}"
 
 
 def _one_of_each(op: str, left: flat.Expression, right: flat.Expression) -> str:

@@ -249,7 +249,8 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
     counted_by = [(n, env.locals[n]) for n in sorted(env.iterators)]
     at = [f"`{n}` = {v.value}" for n, v in counted_by if isinstance(v, flat.Literal)]
     if at:
-        hint = f"this is at {listed(at)}: let the loop run over fewer values"
+        here = f"this is at {listed(at)}: let the loop run over"
+        hint = f"{hint}; {here} others" if hint else f"{here} fewer values"
     message = f"the index {index} of `{name}` is outside of 1 to {size}"
     return error("F219", message, span, hint=hint)
 

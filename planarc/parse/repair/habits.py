@@ -198,6 +198,26 @@ def _assigned_expression(trouble: Trouble, repair: Repair | None) -> Diagnostic 
 _SHORT = 50  # letters of an equation that a hint repeats
 
 
+def joined_end(trouble: Trouble) -> str | None:
+    """The kind of the block that `endif;` and the like end."""
+    tokens, begin = trouble.tokens, trouble.begin
+    word = tokens[begin]
+    if word.type != "IDENT" or trouble.at != begin + 1 or trouble.token.type != "SEMICOLON":
+        return None
+    opened = trouble.opened
+    joined = re.sub("[_-]", "", word.text.lower())
+    return opened.type if opened and joined == f"end{opened.type.lower()}" else None
+
+
+def _joined_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    kind = joined_end(trouble)
+    if kind is None:
+        return None
+    word = trouble.tokens[trouble.begin]
+    message = f"`{word.text}` is two words"
+    return instead(message, word.span, f"end {kind.lower()}", related=trouble.opening)
+
+
 def trailing_if(trouble: Trouble) -> tuple[int, int] | None:
     """The expression `a if c else b`, which has no `then`: its `if`, and the `;` that ends it."""
     kinds = [token.type for token in trouble.tokens]
@@ -302,6 +322,23 @@ def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic |
     return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
 
 
+def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `parameter Real m = 1 (unit="kg")`."""
+    following = [t.type for t in trouble.tokens[trouble.at : trouble.at + 4]]
+    if "EACH" in following[1:2]:
+        del following[1]
+    if following[:3] != ["LPAR", "IDENT", "EQUAL"] or trouble.open_bracket is not None:
+        return None
+    since = trouble.tokens[trouble.begin : trouble.at]
+    if "EQUAL" not in (t.type for t in since):
+        return None
+    pairs = [(a.text, b.type) for a, b in pairwise(since) if a.type == "IDENT"]
+    names = [name for name, after in pairs if after in ("EQUAL", "LSQB")] or ["x"]
+    message = "modifiers stand before the value"
+    hint = f"write them behind the name: `{names[-1]}(...) = ...`"
+    return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
 def _row_of_spaces(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `[0 1; 2 3]`."""
     opened, previous, token = trouble.open_bracket, trouble.previous, trouble.token
@@ -353,6 +390,8 @@ _SI = frozenset(("m", "kg", "s", "N", "Nm", "rad", "Hz", "J", "W", "K", "Pa", "V
 
 
 OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _joined_end,
+    _modifier_behind_value,
     _power_sign,
     _bare_fraction,
     _decimal_comma,

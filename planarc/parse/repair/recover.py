@@ -24,6 +24,7 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.parse.grammar.lexer import MAX_ERRORS, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.language import Language
+from planarc.parse.repair.habits import joined_end
 from planarc.parse.repair.hints import explain
 from planarc.parse.repair.repairs import Place, find_repair
 from planarc.parse.repair.trouble import Repair, StrayEnd, Trouble, WrongSection
@@ -68,7 +69,8 @@ def find_errors(
         if kinds[at - 1] == "END" and kinds[at] == "IDENT" and at:
             stack = _compare_names(automaton, stack, tokens, at, errors, mended)
         following = automaton.shift(stack, kinds[at], at)
-        if following is not None:
+        trouble = Trouble(automaton, language.terminals, stack, tokens, at, begin.at)
+        if following is not None and not joined_end(trouble):  # `endif;` would be an equation
             if kinds[at] != "$END":
                 mended.add(tokens[at], at)
             stack = following
@@ -76,7 +78,6 @@ def find_errors(
             if kinds[at - 1] in _BOUNDARIES:
                 begin = Place(stack, at)
             continue
-        trouble = Trouble(automaton, language.terminals, stack, tokens, at, begin.at)
         repair = find_repair(trouble, begin)
         error = explain(trouble, repair)
         if not _is_echo(error, errors):

@@ -23,6 +23,7 @@ from planarc.parse.grammar.machine import Stack
 from planarc.parse.repair.habits import (
     assigned_expression,
     find_colon,
+    joined_end,
     other_branch,
     trailing_if,
 )
@@ -76,7 +77,7 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    special = (_misspelt_elseif, _stray_end, _colon, _other_branch)
+    special = (_misspelt_elseif, _joined_end, _stray_end, _colon, _other_branch)
     left_out = (_assigned_expression, _trailing_if)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
     tries = (*special, *left_out, *others)
@@ -141,6 +142,13 @@ def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: Place) -> Repair
     return Repair(("ELSEIF",), 0, stack, trouble.at, begin.at) if stack else None
 
 
+def _joined_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read `endif;` as `end if;`."""
+    kind = joined_end(trouble)
+    stack = _read(trouble, begin, ["END", kind]) if kind else None
+    return Repair(("END", kind), 0, stack, trouble.at, begin.at) if kind and stack else None
+
+
 def _stray_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
     """Leave out an `end if` where no block is open."""
     at = trouble.at
@@ -176,6 +184,8 @@ def _other_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair |
     read = trouble.at - begin.at
     following = kinds[begin.at : begin.at + read + _ENOUGH]
     among_declarations = automaton.shift(begin.stack, "PARAMETER", begin.at) is not None
+    if not among_declarations and "SEMICOLON" in following:
+        following = following[: following.index("SEMICOLON") + 1]
     for section in ("EQUATION", "ALGORITHM") if among_declarations else ("PUBLIC",):
         stack = automaton.shift(begin.stack, section, begin.at)
         if not stack or automaton.advance(stack, following) < len(following):
