@@ -11,6 +11,8 @@ Example: with the root `lib/`, the name `Planar.Parts.Body` reads
     lib/Planar/package.pmo, lib/Planar/Parts/package.pmo, lib/Planar/Parts/Body.pmo
 
 Reference: Modelica Language Specification 3.6, sections 13.4 and 18.8.
+
+The file is long because an entry asks the library for its files, and the library entries.
 """
 
 from __future__ import annotations
@@ -111,12 +113,12 @@ def nested_classes(definition: syntax.ClassDef) -> Iterator[syntax.ClassDef]:
 
 def misnamed(file: Path, stored: syntax.StoredDefinition, name: str) -> Diagnostic:
     """The error of a file that does not hold the class of its name."""
-    message, span, hint = f"the file `{file.name}` holds no class `{name}`", stored.span, None
-    for definition in stored.classes[:1]:
-        message += f", but `{definition.name}`"
-        span = definition.name_span
-        hint = f"name the class `{name}`, or the file `{definition.name}{file.suffix}`"
-    return Diagnostic("F206", message, span, hint=hint)
+    message = f"the file `{file.name}` holds no class `{name}`"
+    if not stored.classes:
+        return Diagnostic("F206", message, stored.span)
+    held = stored.classes[0]
+    hint = f"name the class `{name}`, or the file `{held.name}{file.suffix}`"
+    return Diagnostic("F206", f"{message}, but `{held.name}`", held.name_span, hint=hint)
 
 
 class Library:

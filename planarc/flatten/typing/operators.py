@@ -98,11 +98,10 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
 
 def _literal(type_: flat.Type, written: flat.Expression) -> str:
     """The value of an enumeration that a number or a text stands for, or its first."""
-    value = written.value if isinstance(written, flat.Literal) else 1
-    if value in type_.literals:
-        return f"{type_.name}.{value}"
-    known = dict(enumerate(type_.literals, 1))
-    return f"{type_.name}.{known.get(value, type_.literals[0])}"
+    given = written.value if isinstance(written, flat.Literal) else None
+    names = type_.literals
+    named = [n for k, n in enumerate(names, 1) if given in (k, n)]
+    return f"{type_.name}.{(named or names)[0]}"
 
 
 def _one_of_each(op: str, left: flat.Expression, right: flat.Expression) -> str:

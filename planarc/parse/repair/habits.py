@@ -4,6 +4,8 @@ In:   Trouble, Repair   as for `hints`, which says it in the place of anything l
 Out:  Diagnostic        None where it is something else
 
 Example: `s += x` is no statement; what is meant is `s := s + x`.
+
+The file is long because habits are many; each is told by one short function, the first that fits.
 """
 
 from __future__ import annotations
