@@ -6,6 +6,7 @@ arrays grow, so whoever keeps their addresses looks whether the `edition` is sti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from operator import itemgetter
 from typing import TYPE_CHECKING
@@ -46,7 +47,7 @@ class Recorder:
         self.edition = 0
         self._looked = 0  # rows that are known to hold finite numbers
         #: An event this near to a row asked for takes its place.
-        self.near = 1e-9 * float((grid[1:] - grid[:-1]).min()) if len(grid) > 1 else 0.0
+        self.near = 1e-9 * _nearest(grid)
         self._copy = _copier(kernel, self.slots)
         rows = len(grid) + 16
         try:
@@ -84,7 +85,11 @@ class Recorder:
         import numpy as np
 
         begin, self._looked = min(self._looked, self.count), self.count
-        finite = np.isfinite(self.data[begin : self.count])
+        rows = self.data[begin : self.count]
+        with np.errstate(all="ignore"):
+            if math.isfinite(rows.sum()):  # which tells of all at once, in a fifth of the time
+                return None
+        finite = np.isfinite(rows)
         if finite.all():
             return None
         return begin + int(finite.all(axis=1).argmin())
@@ -127,6 +132,11 @@ class Recorder:
         if 2 * self.count < len(self.time):  # a short run does not keep the room of a long one
             return time.copy(), data.copy()
         return time, data
+
+
+def _nearest(grid: Vector) -> float:
+    """The least distance of rows: all are equal but the last one, which may be shorter."""
+    return float(min(grid[1] - grid[0], grid[-1] - grid[-2])) if len(grid) > 1 else 0.0
 
 
 @once

@@ -180,12 +180,14 @@ def _grid(start: float, stop: float, default: float | None, options: RunOptions)
         if count < 1:
             raise _usage("R403", f"the number of intervals must be at least 1, not {count}")
         _limit_rows(count)
-        return np.linspace(start, stop, count + 1)
+        times: Vector = start + (stop - start) / count * np.arange(count + 1.0)
+        times[-1] = stop
+        return times
     if not (math.isfinite(interval) and interval > 0):
         raise _usage("R403", f"the interval must be a time above 0 s, not {interval:g}")
     _limit_rows((stop - start) / interval)
     count = int((stop - start) / interval + 1e-9)
-    times: Vector = start + interval * np.arange(count + 1, dtype=np.float64)
+    times = start + interval * np.arange(count + 1.0)
     if stop - times[-1] > 1e-9 * interval:
         return np.concatenate([times, np.array([stop])])
     times[-1] = stop

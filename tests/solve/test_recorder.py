@@ -55,3 +55,22 @@ def test_rows_without_a_finite_number_are_found_once() -> None:
     recorder.cut(1)
     recorder.take(0.2)  # in the place of one that was looked at
     assert recorder.first_not_finite() == 1
+
+
+def test_rows_of_huge_numbers_are_finite() -> None:
+    """Their sum is not."""
+    program: Any = SimpleNamespace(columns=COLUMNS)
+    kernel: Any = SimpleNamespace(w=[0.0, 1.7e308, 1.7e308])
+    recorder = Recorder(program, kernel, np.array([0.0, 1.0]))
+    recorder.take(0.0)
+    assert recorder.first_not_finite() is None
+    kernel.w[1:] = [np.inf, -np.inf]
+    recorder.take(1.0)
+    assert recorder.first_not_finite() == 1
+
+
+def test_a_short_last_interval_bounds_what_is_near() -> None:
+    program: Any = SimpleNamespace(columns=COLUMNS)
+    kernel: Any = SimpleNamespace(w=[0.0] * 3)
+    assert Recorder(program, kernel, np.array([0.0, 0.5, 1.0, 1.1])).near == pytest.approx(1e-10)
+    assert Recorder(program, kernel, np.array([0.0])).near == 0.0

@@ -129,7 +129,6 @@ def _step(c: Code, frame: Value, record: Value) -> None:
         _fail(c, b)
     b.state.store(count + 1.0, COUNT)
     b.state.store(1.0, FACTOR)
-    b.state.store(_norm(c, b), NORM)
     limit = c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP))
     exhausted = count + 1.0 >= limit
     small = size.get() < QUADRATIC
@@ -140,6 +139,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
             _finish(c, b)
     with c.when(exhausted, leaves=True):
         _fail(c, b)
+    b.state.store(_norm(c, b), NORM)
     c.give(MORE)
 
 

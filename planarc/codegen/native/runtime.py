@@ -125,7 +125,7 @@ def _evaluate(c: Code, frame: Value, mode: Value, initial: Value) -> None:
 
 @function("i32 pc_accept(ptr frame, double t)")
 def _accept(c: Code, frame: Value, t: Value) -> None:
-    """The present values of all tears become the last accepted ones."""
+    """The present values of all tears that anything starts from become the last accepted ones."""
     w, _, accepted, _ = open_frame(frame)
     table = Value(c, POINTER, "@pc_blocks")
     row = c.variable(c.constant(1, INT), INT)
@@ -134,11 +134,13 @@ def _accept(c: Code, frame: Value, t: Value) -> None:
         n, total = record.load(INT, Record.TEARS), record.load(INT, Record.TOTAL)
         first = record.load(INT, Record.ACCEPTED)
         slots = record.at(Record.SLOTS)
-        for part in range(3):
-            with c.loop(n) as i:
-                slot = slots.load(INT, n * part + i)
-                with c.when(slot >= 0):
-                    accepted.store(w.load(REAL, slot), total * part + first + i)
+        given = record.load(INT, Record.LINEAR) > record.load(INT, Record.MODAL)
+        with c.when(~given):
+            for part in range(3):
+                with c.loop(n) as i:
+                    slot = slots.load(INT, n * part + i)
+                    with c.when(slot >= 0):
+                        accepted.store(w.load(REAL, slot), total * part + first + i)
         accepted.store(t, total * 3)
         row.set(row.get() + n * 3 + Record.SLOTS)
     c.give(0)

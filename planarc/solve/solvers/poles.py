@@ -59,9 +59,8 @@ class Poles:
         self.places[:] = places
         self.trail[1 + 4 * self.size :] = absolute
         ways = self.trail[1 + 3 * self.size : 1 + 4 * self.size]
-        ways[:] = absolute if self.ahead else math.inf
-        ways /= ROUNDING
-        self._least_way = float(ways.min(initial=math.inf))
+        ways[:] = [a / ROUNDING for a in absolute] if self.ahead else math.inf
+        self._least_way = min(absolute, default=math.inf) / ROUNDING if self.ahead else math.inf
         self.trail[0] = math.nan
         self._pick = itemgetter(0, *places)  # of the workspace: the time, states, derivatives
         self._last: Sequence[float] = ()  # the last point that `note` took

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -90,20 +90,19 @@ class _Outcome(Data):
 
 def _held_at(system: System, place: Vector) -> _Outcome | None:
     candidates, order = system.program.candidates, system.asking
-    others = {f: k for k, f in enumerate(f for f in order if isinstance(f, FixedSlot))}
+    others = [f for f in order if isinstance(f, FixedSlot)]
     motions = free_motions(system, place, tuple(f.slot for f in others))
     if motions is None:
         return None
-
-    @cache
-    def beside() -> Vector:
-        """How each other variable changes with each free motion: often nobody asks."""
-        found: Vector = gradients(system, place, tuple(others)) @ motions
-        return found
+    beside: list[Vector] = []  # how each other variable changes with each free motion
 
     def row(item: int | FixedSlot) -> Vector:
-        found: Vector = motions[item] if isinstance(item, int) else beside()[others[item]]
-        return found
+        if isinstance(item, int):
+            found: Vector = motions[item]
+            return found
+        if not beside:  # often nobody asks
+            beside.extend(gradients(system, place, others) @ motions)
+        return beside[others.index(item)]
 
     span = _Span(motions.shape[1], row)
     taken = [span.add(item) for item in order]

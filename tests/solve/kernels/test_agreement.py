@@ -13,6 +13,11 @@ import numpy as np
 import pytest
 
 import planarc
+from planarc.compiler import compile_model
+from planarc.core.options import Backend, RunOptions
+from planarc.request.request import Request
+from planarc.solve.opened import open_program
+from planarc.solve.start.solve import solve_start
 
 #: A four-bar with a second dyad on its coupler: two loops. `%` stands before names.
 PARTS = {
@@ -156,3 +161,20 @@ def test_states_that_were_asked_for(joint: str, plain: dict[str, Any]) -> None:
     assert f"{joint}.phi" in found["states"]
     assert f"{joint}.phi" not in plain["states"]
     agree(found, plain)
+
+
+def test_both_keep_the_same_points_to_start_from() -> None:
+    """Those of nonlinear blocks; linear ones are solved from nowhere."""
+    pytest.importorskip("llvmlite")
+    origins = []
+    for backend in Backend.NATIVE, Backend.NUMPY:
+        compiled = compile_model(Request(text=write(SAME)), backend)
+        program, kernel = compiled.program, compiled.load()
+        open_program(program, kernel, RunOptions())
+        solve_start(program, kernel, 0.0)
+        kernel.accept(0.0)
+        origins.append([kernel.origin(i) for i in range(len(program.blocks))])
+    linear = [i for i, b in enumerate(program.blocks) if b.linear and not b.modal]
+    assert linear and len(linear) < len(program.blocks)
+    for native, reference in zip(*origins, strict=True):
+        np.testing.assert_allclose(native, reference, rtol=0, atol=1e-9)
