@@ -5,16 +5,25 @@
     px_act(frame, t) -> moved     `reinit`, `assert`, `terminate`; 1 where a state was set anew
     px_samples(frame, rows)       starts and intervals
 
-and the tables of relations and discrete variables that `export.instance` reads.
+and the tables of samplers and of unknowns that `export.instance` reads.
 
 Reference: `solve.events.whens`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
+from planarc.codegen.native.assembly import (
+    FLAG,
+    INT,
+    POINTER,
+    REAL,
+    SELDOM,
+    Code,
+    Value,
+    table,
+)
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own
@@ -82,7 +91,6 @@ def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
 
 def action_functions(program: Program) -> str:
     """The functions and tables of a model's events."""
-    discretes = [n for d in program.discretes for n in (d.slot, d.pre, d.start)]
     return "\n".join(
         (
             "declare i64 @px_reinit(ptr, i64, double)",
@@ -91,17 +99,10 @@ def action_functions(program: Program) -> str:
             _assign(program),
             _act(program),
             _samples(program),
-            table("px_discretes", discretes),
             table("px_sampled", (slot for slot, *_ in program.samplers)),
             table("px_quiet_slots", unknowns(program)),
         )
     )
-
-
-def table(name: str, values: Iterable[int]) -> str:
-    """A constant array of whole numbers."""
-    row = list(values) or [0]
-    return f"@{name} = constant [{len(row)} x i64] [{', '.join(f'i64 {n}' for n in row)}]\n"
 
 
 def _branches(program: Program) -> str:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code
+from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.formulas import formula, real
-from planarc.export.actions import reader, table
+from planarc.export.actions import reader
 from planarc.export.instance.past.layout import sizes, work_size
 from planarc.export.plan import Lags
 from planarc.ir.frame import Frame

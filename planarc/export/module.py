@@ -19,14 +19,15 @@ from hashlib import sha256
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value
+from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value, table
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.machine import emit_object
-from planarc.codegen.native.printer import ir, slopes_ir, steps_text
+from planarc.codegen.native.packed import Rows, pack
+from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
-from planarc.export.actions import action_functions, endings, errors, reader, table
+from planarc.export.actions import action_functions, endings, errors, reader
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
@@ -41,7 +42,7 @@ from planarc.export.instance.past.functions import past_functions
 from planarc.export.instance.relations import relation_functions
 from planarc.export.instance.said import MARK, said_functions
 from planarc.export.instance.settling import settling_functions
-from planarc.export.instance.slopes import RESTS, UNKNOWN, slope_functions
+from planarc.export.instance.slopes import nodes_of, slope_functions
 from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
@@ -78,11 +79,10 @@ if TYPE_CHECKING:
 
 #: The derivatives of a model that has none.
 _NOTHING = [len(Head), *(0 for _ in range(len(Head) - 1))]
-_NO_SLOPES = f"""
-{steps_text(Scope.ALL, _NOTHING)}
-define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {{
+_NO_SLOPES = """
+define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {
   ret i32 1
-}}
+}
 """
 #: How many modules do not hang on the model alone.
 SHARED = 2
@@ -147,11 +147,10 @@ declare double @llvm.ceil.f64(double)
 declare double @llvm.maximum.f64(double, double)
 declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
-@pc_steps_all = external constant [0 x i64]
 """
 _TABLES = (
     *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
-    *("wanted", "starts", "nodes", "seal", "relations", "discretes", "sampled", "quiet_slots"),
+    *("wanted", "starts", "packed", "seal", "relations", "sampled", "quiet_slots"),
     "touches",
 )
 
@@ -172,8 +171,9 @@ def write_texts(
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
     while something is dragged."""
-    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL, True)
-    own = _own(program, image, entries, token, tolerance, slopes, small=derivatives)
+    rows = Rows(Own.ROWS)
+    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL, rows)
+    own = _own(program, image, entries, token, tolerance, slopes, rows, small=derivatives)
     shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
     return shared, _solver(program), own, of_values
 
@@ -248,14 +248,18 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None, small: bool,
+    slopes: Slopes | None, rows: Rows, small: bool,
 ) -> str:  # fmt: skip
     """The model's functions, its tables and its messages."""
+    functions = ir(program, small, rows if small else None)
     tape = _NOTHING if slopes is None else slopes.tape()
+    discretes = [n for d in program.discretes for n in (d.slot, d.pre, d.start)]
+    unpacked = [*nodes_of(program, slopes), *discretes, *rows.numbers, *tape]
     touches = len(Points(program).all)
     lags = image.lags
-    plan = make_plan(program, image.held, len(image.scales), tape, kept_words(touches),
-                     sizes(touches, program.state_count), most_values(program), lags)  # fmt: skip
+    plan = make_plan(program, image.held, len(image.scales), tape, len(rows.numbers),
+                     kept_words(touches), sizes(touches, program.state_count),
+                     most_values(program), lags)  # fmt: skip
     name = program.name.encode("ascii", "replace").decode()
     ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
@@ -264,10 +268,10 @@ def _own(
     texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     return "\n".join(
         (
-            ir(program, small),
+            functions,
             *(text_constant(f"px_{key}", text) for key, text in texts),
-            _tables(program, image, plan, tolerance),
-            table("px_nodes", _nodes(program, slopes)),
+            _tables(program, image, plan, tolerance, len(unpacked), slopes is not None),
+            table("px_packed", pack(unpacked)),
             table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
             action_functions(program),
             touch_functions(program),
@@ -280,20 +284,9 @@ def _own(
     )
 
 
-def _nodes(program: Program, slopes: Slopes | None) -> list[int]:
-    """The node of each slot. The time is none that a host may ask for."""
-    found = [UNKNOWN] * program.size
-    if slopes is not None:
-        for slot in slopes.wanted:
-            found[slot] = RESTS
-        for node, slot in enumerate(slopes.slots):
-            if slot >= 0:
-                found[slot] = node
-    found[0] = UNKNOWN
-    return found
-
-
-def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str:
+def _tables(
+    program: Program, image: Image, made: Plan, tolerance: float, unpacked: int, slopes: bool
+) -> str:
     from planarc.solve.states.selector import leaders_of, open_blocks
 
     placed, points = place(program), Points(program)
@@ -320,7 +313,7 @@ def _tables(program: Program, image: Image, made: Plan, tolerance: float) -> str
                len(program.relations) - len(image.timed), len(program.discretes),
                len(program.samplers), len(unknowns(program)), *reserved,
                sum(not b.linear for b in program.blocks), len(points.all),
-               len(endings(program)) + 1)  # fmt: skip
+               len(endings(program)) + 1, unpacked, slopes)  # fmt: skip
     relations = [
         n
         for i, r in enumerate(program.relations)

@@ -42,6 +42,9 @@ class Own(IntEnum):
     TOUCHES = auto()  # what is remembered of touches (`instance.contact.area.Kept`)
     CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
+    NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
+    DISCRETES = auto()  # slots of each discrete variable
+    ROWS = auto()  # places that loops over equal statements read and set
     TEXT = auto()  # a message with its values, which stand behind it: no state
     HOST = auto()  # what the host wants to be told with each message
     LOGGER = auto()
@@ -189,7 +192,9 @@ class Table(IntEnum):
     NONLINEAR = 20  # blocks that Newton's method solves from a point near by
     TOUCHES = 21
     JAMS = 22  # the number of the first message of touches (`Jam`)
-    POINTERS = 23  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    PACKED = 23  # whole numbers to unpack
+    SLOPES = 24  # 1 where the model can be differentiated
+    POINTERS = 25  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 class Shelf(IntEnum):
@@ -250,15 +255,16 @@ def make_plan(
     given: tuple[tuple[int, int], ...],
     scales: int,
     tape: Sequence[int],
+    rows: int,
     kept: int,
     area: Mapping[int, int],
     values: int,
     lags: Lags | None = None,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
-    that of the derivatives; `kept`: words that are remembered of touches; `area`: sizes of what is
-    no state of them; `values`: most values of a message; `lags`: those of the past of delayed
-    signals."""
+    that of the derivatives; `rows`: numbers that loops share; `kept`: words that are remembered of
+    touches; `area`: sizes of what is no state of them; `values`: most values of a message; `lags`:
+    those of the past of delayed signals."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -300,6 +306,11 @@ def make_plan(
         past[Shelf.WORK] = room + len(Memory) + len(Shelf)
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
+    unpacked = {Own.NODES: program.size, Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
+                passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
+    begins = list(accumulate(unpacked.values(), initial=room))
+    homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]
+    room = begins[-1]
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
     return Plan(passing, room, image, tuple(homes), given)
@@ -315,7 +326,6 @@ def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
     nodes, largest = tape[Head.NODES], tape[Head.LARGEST]
     width, stride = (-(-max(n, 1) // CHUNK) * CHUNK for n in (states, largest))
     return {
-        Passing.TAPE: tape[Head.LENGTH],
         Passing.VALUES: tape[Head.ENTRIES],
         Passing.COLUMNS: nodes,
         Passing.MOTIONS: nodes * width,

@@ -7,10 +7,10 @@ and the table `px_touches`, rows as of `plan.Touch`.
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code
+from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.actions import reader, table
+from planarc.export.actions import reader
 from planarc.export.instance.contact.area import Reads
 from planarc.export.plan import Jam, Touch
 from planarc.ir.frame import Frame

@@ -9,7 +9,7 @@ for models of 10^4 statements this is five times faster than building objects.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeAlias
 
@@ -130,6 +130,12 @@ class Variable:
 
     def set(self, value: Value | float) -> None:
         self._place.store(value)
+
+
+def table(name: str, values: Iterable[int]) -> str:
+    """A constant array of whole numbers."""
+    row = list(values) or [0]
+    return f"@{name} = constant [{len(row)} x i64] [{', '.join(f'i64 {n}' for n in row)}]\n"
 
 
 #: What a function is marked with that is called seldom: it is compiled in the quickest way.

@@ -4,8 +4,9 @@
     memory          temporaries that loops set, or read where others set them
 
 The places of a column are a first one and the distances from it. Distances that grow evenly are
-computed, others stand in the constant `pc_..._rows`, as numbers that differ do; columns of equal
-distances share a pointer:
+computed, others stand in the constant `pc_..._rows`, or among rows that the module's functions
+share and find in memory (`packed`); numbers that differ stand in `pc_..._numbers`. Columns of
+equal distances share a pointer:
 
     p := w + distance[t];   p[17] := p[3]*p[250]
 """
@@ -16,7 +17,8 @@ import struct
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value, table
+from planarc.codegen.native.packed import Rows
 from planarc.codegen.native.rolling import Column
 from planarc.ir.expr import Expr
 
@@ -25,14 +27,18 @@ MOST = 1 << 14
 
 
 class Loops:
-    """The loops of one function, their memory and their constant."""
+    """The loops of one function, whose first argument is the frame, their memory and their
+    constants; `shared` are rows that have none here."""
 
-    def __init__(self, code: Code, name: str) -> None:
-        self._code, self._name = code, f"@{name}_rows"
+    def __init__(self, code: Code, name: str, shared: Rows | None = None) -> None:
+        self._code, self._name = code, name
         self.memory = Value(code, POINTER, "%memory")
         self.places: dict[Expr, int] = {}  # in the memory
-        self._rows: dict[tuple[int, ...], int] = {}  # distances or numbers, and where they begin
-        self._length = 0
+        self._own = self._rows = Rows()
+        self._begin = Value(code, POINTER, f"@{name}_rows")
+        if shared is not None:
+            self._rows, self._begin = shared, code.arguments[0].load(POINTER, shared.word)
+        self._numbers = Rows()  # by their bits
         self._pointers: dict[tuple[str, tuple[int, ...]], Value] = {}
 
     def has_room(self, columns: Sequence[Column]) -> bool:
@@ -61,12 +67,13 @@ class Loops:
 
     def word(self, words: Sequence[int]) -> Value:
         """The whole number that is due."""
-        return self._row(tuple(words)).load(INT, self.time)
+        return self._begin.at(self._rows.place(tuple(words))).load(INT, self.time)
 
     def number(self, values: Sequence[float]) -> Value:
         """The number that is due."""
         bits = tuple([struct.unpack("<q", struct.pack("<d", v))[0] for v in values])
-        return self._row(bits).load(REAL, self.time)
+        row = Value(self._code, POINTER, f"@{self._name}_numbers").at(self._numbers.place(bits))
+        return row.load(REAL, self.time)
 
     def _distance(self, distances: tuple[int, ...]) -> Value:
         step = distances[1]
@@ -74,18 +81,13 @@ class Loops:
             return self.time * step
         return self.word(distances)
 
-    def _row(self, words: tuple[int, ...]) -> Value:
-        """Where these begin in the constant."""
-        if words not in self._rows:
-            self._rows[words] = self._length
-            self._length += len(words)
-        return Value(self._code, POINTER, self._name).at(self._rows[words])
-
     def text(self) -> str:
-        """The constant, where there is one; the function's memory has its size from here on."""
+        """The constants, where there are some; the function's memory has its size from here on."""
         if self.places:
             self._code.place(REAL, len(self.places), self.memory.text)
-        if not self._rows:
-            return ""
-        row = ", ".join(f"i64 {n}" for distances in self._rows for n in distances)
-        return f"{self._name} = constant [{self._length} x i64] [{row}]\n"
+        own = {"rows": self._own, "numbers": self._numbers}
+        return "".join(
+            table(f"{self._name}_{kind}", rows.numbers)
+            for kind, rows in own.items()
+            if rows.numbers
+        )

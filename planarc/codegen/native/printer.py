@@ -39,10 +39,11 @@ from functools import cache, partial
 from itertools import chain, compress, pairwise
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, table
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.gauss import NOT_FINITE
 from planarc.codegen.native.loops import Loops
+from planarc.codegen.native.packed import Rows
 from planarc.codegen.native.reads import counted, reads_of
 from planarc.codegen.native.rolling import (
     SHORTEST_SELDOM,
@@ -74,11 +75,12 @@ declare double @pc_external(i64, i64, i64, ptr)
 """
 
 
-def ir(program: Program, small: bool = False) -> str:
-    """The model's module as LLVM text; `small`: rather than quick."""
+def ir(program: Program, small: bool = False, shared: Rows | None = None) -> str:
+    """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
+    their rows, which have constants of their own without."""
     placement = place(program)
     reads = cache(partial(reads_of, program))
-    section = partial(_Section, program, placement, reads, small=small)
+    section = partial(_Section, program, placement, reads, small=small, shared=shared)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
@@ -97,31 +99,21 @@ def ir(program: Program, small: bool = False) -> str:
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
 
 
-def slopes_ir(program: Program, slopes: Slopes, scope: Scope, small: bool = False) -> str:
+def slopes_ir(program: Program, slopes: Slopes, scope: Scope, shared: Rows | None = None) -> str:
     """The module of a program's derivatives: `pc_slopes_*` as `pc_initial`, and `pc_tape_*`
-    (`planarc.ir.derivatives`), where it is `small` by its differences."""
-    numbers = slopes.tape()
-    tape = steps_text(scope, numbers) if small else _table(f"pc_tape_{scope.value}", numbers)
+    (`planarc.ir.derivatives`); small and without the tape where rows are `shared`."""
+    small = shared is not None
+    tape = "" if small else table(f"pc_tape_{scope.value}", slopes.tape())
     lets, taken, results = slopes.named(program.table)
     reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
     section = _Section(program, place(program), reads, f"pc_slopes_{scope.value}", True, True,
-                       small)  # fmt: skip
+                       small, shared)  # fmt: skip
     return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(lets, taken, results)))
-
-
-def steps_text(scope: Scope, tape: Sequence[int]) -> str:
-    """The constant `pc_steps_*`: how much each number of a tape is more than the one before it."""
-    return _table(f"pc_steps_{scope.value}", [b - a for a, b in pairwise((0, *tape))])
-
-
-def _table(name: str, numbers: Sequence[int]) -> str:
-    row = ", ".join(f"i64 {n}" for n in numbers)
-    return f"@{name} = constant [{len(numbers)} x i64] [{row}]\n"
 
 
 def _records(placement: Placement) -> str:
     numbers = [len(placement.records), *(n for r in placement.records for n in r)]
-    return _table("pc_blocks", numbers)
+    return table("pc_blocks", numbers)
 
 
 class _Section:
@@ -130,6 +122,7 @@ class _Section:
     def __init__(
         self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
         name: str, results: bool = False, seldom: bool = False, small: bool = False,
+        shared: Rows | None = None,
     ) -> None:  # fmt: skip
         self._seldom, self._small = seldom, small
         self._program, self._reads = program, reads
@@ -142,7 +135,7 @@ class _Section:
         self._w = self._frame.load(POINTER, Frame.W)
         self._area = self._frame.load(POINTER, Frame.AREA)
         self._values: dict[Expr, Value] = {}
-        self._loops = Loops(c, name)
+        self._loops = Loops(c, name, shared)
         self._slots: dict[Expr, int | None] = {}
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else

@@ -81,6 +81,6 @@ def _move(e: Entries, c: Code, m: Value, name: str, references: Value, k: Value,
 
 def _moved(e: Entries, c: Code, m: Value, name: str, references: Value, i: Value) -> Value:
     place, sign = _placed(e, c, m, name, references, i)
-    with c.when(node_of(c, slot_of(c, m, place)).equals(UNKNOWN), leaves=True):
+    with c.when(node_of(m, slot_of(c, m, place)).equals(UNKNOWN), leaves=True):
         e.fail(c, m, f"{name}: derivatives are those of outputs and of derivatives of states")
     return sign * c.call(REAL, "px_moved", m, place, whole(c, 0))

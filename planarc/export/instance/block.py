@@ -1,6 +1,7 @@
 """An instance: made, evaluated, read and set.
 
     px_new(logger, host, logging) -> block       from the image, in the first phase
+    px_unpack(numbers, count)                    the model's whole numbers (`codegen.native.packed`)
     px_save(block) -> copy                       the state, in memory of its own
     px_load(block, copy)
     px_reset(block)                              its state as it was exported
@@ -39,8 +40,8 @@ OTHER = 1 << 24
 
 def block_functions(delayed: bool) -> tuple[str, ...]:
     """The texts of all of them. `delayed`: the model has a past."""
-    return (_larger(), _copy(), _new(), _reset(delayed), _save(), _load(delayed), _refresh(),
-            _place(), _set())  # fmt: skip
+    return (_larger(), _copy(), _unpack(), _new(), _reset(delayed), _save(), _load(delayed),
+            _refresh(), _place(), _set())  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
@@ -111,6 +112,32 @@ def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
     c.give()
 
 
+@function("void px_unpack(ptr numbers, i64 count)")
+def _unpack(c: Code, numbers: Value, count: Value) -> None:
+    """Each is the one before it and a step, whose lowest bit is set where it leads down."""
+    packed = constant(c, "px_packed")
+    at, number, step = (c.variable(0, INT) for _ in range(3))
+    with c.loop(count) as i:
+        step.set(whole(c, 0))
+        again, behind = c.label(), c.label()
+        c.enter(again)
+        place = at.get()
+        word = packed.load(INT, place / 8)
+        turned = c.emit(INT, f"lshr i64 {word.text}, {((place - place / 8 * 8) * 8).text}")
+        byte = c.emit(INT, f"and i64 {turned.text}, 255")
+        at.set(place + 1)
+        ends = byte < 128
+        low = c.emit(INT, f"and i64 {byte.text}, 127")
+        step.set(step.get() * 128 + low)
+        c.branch(ends, behind, again)
+        c.begin(behind)
+        half = step.get() / 2
+        down = (step.get() - half * 2).equals(1)
+        number.set(number.get() + c.select(down, whole(c, -1) - half, half))
+        numbers.store(number.get(), i)
+    c.give()
+
+
 @function("ptr px_new(ptr logger, ptr host, i64 logging)")
 def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
     block = c.call(POINTER, "calloc", plan(c, Table.ROOM), whole(c, 8))
@@ -120,6 +147,7 @@ def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
     homes = constant(c, "px_plan").at(Table.POINTERS)
     with c.loop(homes.load(INT)) as i:
         block.store(block.at(homes.load(INT, i * 2 + 2)), homes.load(INT, i * 2 + 1))
+    c.run("px_unpack", block.load(POINTER, Own.NODES), plan(c, Table.PACKED))
     block.store(host, Own.HOST)
     block.store(logger, Own.LOGGER)
     block.store(logging, Own.LOGGING)

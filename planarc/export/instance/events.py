@@ -75,7 +75,7 @@ def _keep(c: Code, m: Value) -> None:
     """Left limits become the present values."""
     w, _, _, _ = open_frame(m)
     with c.loop(plan(c, Table.DISCRETES)) as i:
-        w.store(w.load(REAL, discrete(c, i, 0)), discrete(c, i, 1))
+        w.store(w.load(REAL, discrete(m, i, 0)), discrete(m, i, 1))
     c.give()
 
 
@@ -267,9 +267,9 @@ def _prepare(c: Code, m: Value, delayed: bool) -> None:
         w.store(before.load(REAL, slot), slot)
         largest.store(0.0, i)
     with c.loop(count) as i:
-        start = w.load(REAL, discrete(c, i, 2))
-        w.store(start, discrete(c, i, 0))
-        w.store(start, discrete(c, i, 1))
+        start = w.load(REAL, discrete(m, i, 2))
+        w.store(start, discrete(m, i, 0))
+        w.store(start, discrete(m, i, 1))
     set_flag(c, m, Table.INITIAL, 1.0)
     c.run("px_unstruck", m)
     if delayed:
@@ -285,7 +285,7 @@ def _prepare(c: Code, m: Value, delayed: bool) -> None:
         with c.when(~flag.equals(0)):
             good.set(whole(c, 0))
     with c.when(good.get().equals(0)), c.loop(count) as i:  # no value before the unknowns have one
-        w.store(w.load(REAL, discrete(c, i, 2)), discrete(c, i, 0))
+        w.store(w.load(REAL, discrete(m, i, 2)), discrete(m, i, 0))
     c.give(0)
 
 

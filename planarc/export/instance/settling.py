@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, larger, plan, whole
+from planarc.export.instance.block import larger, plan, whole
 from planarc.export.instance.relations import (
     attempt,
     differs,
@@ -41,9 +41,9 @@ def switching(c: Code) -> Value:
     return plan(c, Table.RELATIONS) + plan(c, Table.DISCRETES)
 
 
-def discrete(c: Code, i: Value, which: int) -> Value:
+def discrete(m: Value, i: Value, which: int) -> Value:
     """The slots of a discrete variable: itself, its left limit, its start."""
-    return constant(c, "px_discretes").load(INT, i * 3 + which)
+    return m.load(POINTER, Own.DISCRETES).load(INT, i * 3 + which)
 
 
 @function("void px_snapshot(ptr m, i64 which)")
@@ -53,7 +53,7 @@ def _snapshot(c: Code, m: Value, which: Value) -> None:
     with c.loop(count) as i:
         to.store(w.load(REAL, told(c, i, Row.SLOT)), i)
     with c.loop(plan(c, Table.DISCRETES)) as i:
-        to.store(w.load(REAL, discrete(c, i, 0)), count + i)
+        to.store(w.load(REAL, discrete(m, i, 0)), count + i)
     c.give()
 
 

@@ -1,19 +1,20 @@
 """Derivatives of an exported model's values by its states and inputs, exact, in LLVM.
 
-    px_unfold(block)                              the tape, once
     px_seed(block, width)                         nothing moves; states move as told
     px_move(block, place, column, by) -> flag     a state or an input moves; 1 where it is none
     px_pass(block) -> flag                        all motions, through loops by their equations
     px_moved(block, place, column) -> motion      of a value in the workspace
 
 `place` is the address of a value in the workspace, as `px_place` gives it. The model's own are
-the tape's differences `pc_steps_all`, its coefficients `pc_slopes_all`, and `px_nodes`, the node of
-each slot. A model with functions that cannot be differentiated has an empty tape.
+the tape, its coefficients `pc_slopes_all`, and the node of each slot. A model with functions that
+cannot be differentiated has an empty tape.
 
 Reference: `codegen.slopes`, `codegen.native.passing`.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
@@ -23,17 +24,34 @@ from planarc.export.plan import INPUT, Own, Table
 from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, Number
 
+if TYPE_CHECKING:
+    from planarc.codegen.slopes import Slopes
+    from planarc.ir.program import Program
+
 #: Instead of a node.
 RESTS, UNKNOWN = -1, -2
 
 
 def slope_functions() -> tuple[str, ...]:
-    return (*passing_functions(), _unfold(), _seed(), _move(), _pass(), _moved())
+    return (*passing_functions(), _seed(), _move(), _pass(), _moved())
+
+
+def nodes_of(program: Program, slopes: Slopes | None) -> list[int]:
+    """The node of each slot. The time is none that a host may ask for."""
+    found = [UNKNOWN] * program.size
+    if slopes is not None:
+        for slot in slopes.wanted:
+            found[slot] = RESTS
+        for node, slot in enumerate(slopes.slots):
+            if slot >= 0:
+                found[slot] = node
+    found[0] = UNKNOWN
+    return found
 
 
 def has_slopes(c: Code) -> Value:
     """Whether the model can be differentiated."""
-    return constant(c, "pc_steps_all").load(INT, Head.LENGTH) > len(Head)
+    return plan(c, Table.SLOPES) > 0
 
 
 def slot_of(c: Code, m: Value, place: Value) -> Value:
@@ -45,29 +63,15 @@ def slot_of(c: Code, m: Value, place: Value) -> Value:
     return c.emit(INT, f"select i1 {inside.text}, i64 {slot.text}, i64 0")
 
 
-def node_of(c: Code, slot: Value) -> Value:
+def node_of(m: Value, slot: Value) -> Value:
     """`RESTS` where the value never moves, `UNKNOWN` where no derivative was asked for."""
-    return constant(c, "px_nodes").load(INT, slot)
-
-
-@function("void px_unfold(ptr m)")
-def _unfold(c: Code, m: Value) -> None:
-    """The tape from its differences, which pack well."""
-    steps = constant(c, "pc_steps_all")
-    tape = m.load(POINTER, Own.PASSING).load(POINTER, Passing.TAPE)
-    number = c.variable(0, INT)
-    with c.loop(steps.load(INT, Head.LENGTH)) as i:
-        number.set(number.get() + steps.load(INT, i))
-        tape.store(number.get(), i)
-    c.give()
+    return m.load(POINTER, Own.NODES).load(INT, slot)
 
 
 @function("void px_seed(ptr m, i64 width)")
 def _seed(c: Code, m: Value, width: Value) -> None:
     passing = m.load(POINTER, Own.PASSING)
     tape = passing.load(POINTER, Passing.TAPE)
-    with c.when(tape.load(INT, Head.LENGTH).equals(0)):
-        c.run("px_unfold", m)
     chunks = (tape.load(INT, Head.LARGEST) + (CHUNK - 1)) / CHUNK
     passing.store(m, Passing.FRAME)
     passing.store(Value(c, POINTER, "@pc_slopes_all"), Passing.COEFFICIENTS)
@@ -82,7 +86,7 @@ def _seed(c: Code, m: Value, width: Value) -> None:
     _, numbers, _, _ = open_frame(m)
     with c.loop(plan(c, Table.STATES)) as i:
         slot = numbers.at(Number.FIRST_STATE).load(INT, i)
-        columns.store(whole(c, 0), node_of(c, slot))
+        columns.store(whole(c, 0), node_of(m, slot))
     c.give()
 
 
@@ -91,7 +95,7 @@ def _move(c: Code, m: Value, place: Value, column: Value, by: Value) -> None:
     passing = m.load(POINTER, Own.PASSING)
     columns, motions = (passing.load(POINTER, k) for k in (Passing.COLUMNS, Passing.MOTIONS))
     slot = slot_of(c, m, place)
-    node = node_of(c, slot)
+    node = node_of(m, slot)
     known = constant(c, "px_rules").load(INT, slot).equals(INPUT)
     with c.when(node < 0, leaves=True):
         c.give(c.select(known, c.constant(0, FLAG), c.constant(1, FLAG)))
@@ -113,7 +117,7 @@ def _pass(c: Code, m: Value) -> None:
 @function("double px_moved(ptr m, ptr place, i64 column)")
 def _moved(c: Code, m: Value, place: Value, column: Value) -> None:
     passing = m.load(POINTER, Own.PASSING)
-    node = node_of(c, slot_of(c, m, place))
+    node = node_of(m, slot_of(c, m, place))
     with c.when(node < 0, leaves=True):
         c.give(c.constant(0.0, REAL))
     ranges = passing.load(POINTER, Passing.RANGES)
