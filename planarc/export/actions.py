@@ -25,7 +25,7 @@ from planarc.codegen.native.assembly import (
     table,
 )
 from planarc.codegen.native.formulas import bit, formula, real
-from planarc.export.instance.settling import ACTED
+from planarc.export.instance.settling import ACTED, discrete
 from planarc.export.plan import Own
 from planarc.ir.dae import (
     EDGE,
@@ -38,7 +38,7 @@ from planarc.ir.dae import (
 )
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
-from planarc.ir.program import Program
+from planarc.ir.program import DiscreteSlot, Program
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
 
@@ -61,7 +61,23 @@ def _ends(action: Action) -> bool:
     """Whether it may end a run."""
     if isinstance(action, Assertion):
         return not action.warning
-    return isinstance(action, Terminate | SetDiscrete | Reinit)
+    return isinstance(action, Terminate | SetDiscrete | Reinit) and not _keeps(action)
+
+
+def _keeps(action: Action) -> bool:
+    """Whether it sets a variable to its left limit, as clauses do for what impacts set."""
+    if not isinstance(action, SetDiscrete):
+        return False
+    return action.value.op is Op.PRE and action.value.data == action.name
+
+
+def ordered_discretes(program: Program) -> tuple[tuple[DiscreteSlot, ...], int]:
+    """The discrete variables, first those (so many) that no clause sets to anything else than
+    their left limits."""
+    changed = {a.name for a in actions(program) if isinstance(a, SetDiscrete) and not _keeps(a)}
+    own = own_slots(program)
+    kept = tuple(d for d in program.discretes if d.slot in own and d.name not in changed)
+    return kept + tuple(d for d in program.discretes if d not in kept), len(kept)
 
 
 def numbers(program: Program) -> dict[int, int]:
@@ -127,13 +143,14 @@ def _branches(program: Program) -> str:
 
 
 def _each(
-    program: Program, c: Code, m: Value, do: Callable[[int, Action], None], kinds: tuple[type, ...]
-) -> None:
+    program: Program, c: Code, m: Value, do: Callable[[int, Action], None],
+    is_wanted: Callable[[Action], bool],
+) -> None:  # fmt: skip
     """Write what is done where a branch acts."""
     chosen, i = m.load(POINTER, Own.BRANCHES), 0
     for k, when in enumerate(program.whens):
         for number, (*_, found) in enumerate(when.branches, 1):
-            wanted = [(i + j, a) for j, a in enumerate(found) if isinstance(a, kinds)]
+            wanted = [(i + j, a) for j, a in enumerate(found) if is_wanted(a)]
             i += len(found)
             if wanted:
                 with c.when(chosen.load(INT, k).equals(number)):
@@ -150,14 +167,20 @@ def _assign(program: Program) -> str:
     def assign(i: int, action: Action) -> None:
         assert isinstance(action, SetDiscrete)
         value = real(c, formula(c, action.value, leaf))
-        with c.when(value.is_nan(), leaves=True):
-            m.store(c.constant(number[i], INT), Own.ENDED)
-            c.give(ACTED)
+        if i in number:
+            with c.when(value.is_nan(), leaves=True):
+                m.store(c.constant(number[i], INT), Own.ENDED)
+                c.give(ACTED)
         w.store(value, program.slots[action.name])
 
-    _each(program, c, m, assign, (SetDiscrete,))
+    discretes, count = ordered_discretes(program)
+    resting = {d.name for d in discretes[:count]}
+    _each(program, c, m, assign, lambda a: isinstance(a, SetDiscrete) and a.name not in resting)
+    with c.loop(count) as i:
+        w.store(w.load(REAL, discrete(m, i, 1)), discrete(m, i, 0))
     chosen = m.load(POINTER, Own.BRANCHES)
-    for slot, pre in own_slots(program).items():
+    own = own_slots(program)
+    for slot, pre in ((d.slot, d.pre) for d in discretes[count:] if d.slot in own):
         kept = Value(c, "i1", "true")
         for k, when in enumerate(program.whens):
             for branch, (*_, found) in enumerate(when.branches, 1):
@@ -204,9 +227,9 @@ def _act(program: Program) -> str:
     def strike(_: int, action: Action) -> None:
         struck.set(c.constant(1, INT))
 
-    _each(program, c, m, act, (Terminate, Reinit, Assertion))
+    _each(program, c, m, act, lambda a: isinstance(a, Terminate | Reinit | Assertion))
     if any(isinstance(a, Impact) for a in actions(program)):
-        _each(program, c, m, strike, (Impact,))
+        _each(program, c, m, strike, lambda a: isinstance(a, Impact))
         goes_on = m.load(INT, Own.ENDED).equals(0) & m.load(INT, Own.OVER).equals(0)
         with c.when(struck.get().equals(1) & goes_on):
             c.run("px_impact", m, t)

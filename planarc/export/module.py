@@ -27,7 +27,7 @@ from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core import cache as store
-from planarc.export.actions import action_functions, endings, errors, reader
+from planarc.export.actions import action_functions, endings, errors, ordered_discretes, reader
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
@@ -253,7 +253,7 @@ def _own(
     """The model's functions, its tables and its messages."""
     functions = ir(program, small, rows if small else None)
     tape = _NOTHING if slopes is None else slopes.tape()
-    discretes = [n for d in program.discretes for n in (d.slot, d.pre, d.start)]
+    discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     unpacked = [*nodes_of(program, slopes), *discretes, *rows.numbers, *tape]
     touches = len(Points(program).all)
     lags = image.lags
