@@ -36,7 +36,7 @@ def explain_misfit(
     dae: Dae, mechanism: Mechanism | None, undetermined: Sequence[str], givers: Sequence[Part] = ()
 ) -> Diagnostic | None:
     """What was connected wrongly, if that is why equations and unknowns do not fit."""
-    if mechanism is not None and mechanism.bridged:
+    if mechanism is not None and mechanism.bridged and not _has_no_place(dae, undetermined):
         return _bridged(dae, mechanism, mechanism.bridged[0])
     if mechanism is not None and (ends := _together(dae)):
         part = owner(ends[0])
@@ -256,6 +256,14 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
         place(dae, first),
         hint=f"connect `{ends[0]}` to {joined}, or leave `{first}` out",
     )
+
+
+def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:
+    """Whether a frame that nothing is connected to lies anywhere: its component, as a sensor of
+    relative positions, only seems to hold the other frame of its own."""
+    connected = {name for names in dae.connections if len(names) > 1 for name in names}
+    frames = find_frames(v.name for v in dae.variables)
+    return any(owner(n) in frames and owner(n) not in connected for n in undetermined)
 
 
 def _own(dae: Dae, components: Iterable[str]) -> set[str]:

@@ -15,7 +15,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.source import Span
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.nodes import Env, Instance, Scope, Session
 from planarc.flatten.values import evaluate
@@ -128,6 +129,7 @@ def _name(value: syntax.Expression | None) -> str | None:
 def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
     """`annotation(experiment(StartTime, StopTime, Interval, Tolerance))`."""
     found = flat.Experiment()
+    written: dict[str, Span] = {}
     annotation = instance.cls.definition.annotation
     arguments = arguments_of(annotation, "experiment", session)
     for argument in inside(find_argument(arguments, "experiment")):
@@ -145,10 +147,19 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
         if name == "tolerance" and number >= 1:
             message = f"`Tolerance` of the experiment must lie below 1, not at {number:g}"
             raise error("F287", message, value.span, hint="choose for example 1e-6")
-        found = replace(found, **{name: number})
+        found, written[name] = replace(found, **{name: number}), value.span
     if found.stop < found.start:
         message = f"the experiment stops at {found.stop:g}, before it starts at {found.start:g}"
         raise error("F287", message, None if annotation is None else annotation.span)
+    length = found.stop - found.start
+    if found.interval is not None and found.interval > length > 0:
+        message = (
+            f"the rows lie {found.interval:g} s apart, but the experiment lasts {length:g} s only"
+        )
+        hint = f"write a part of it, such as `Interval={length / 500:g}`"
+        session.warnings.append(
+            Diagnostic("F287", message, written["interval"], Severity.WARNING, hint=hint)
+        )
     return found
 
 

@@ -95,7 +95,7 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
 def _sizes(left: flat.Expression, right: flat.Expression) -> str | None:
     """What to do about a side that is written out, and has not the size of the other one."""
     for written, other in ((right, left), (left, right)):
-        if isinstance(written, flat.Array):
+        if isinstance(written, flat.Array | flat.Literal):
             return shape_hint(other.type, written.type, written.span)
     return None
 

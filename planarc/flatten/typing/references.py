@@ -157,7 +157,11 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
         return _entered(lookup.public_member(view, part.name, ref.span), part, ref, env)
     if isinstance(view, Leaf):
         message = f"`{view.name}` is a variable and has no element `{part.name}`"
-        raise error("F213", message, ref.span)
+        names = view.name.split(".")
+        modifier = "(".join([*names, f"{part.name}=..."]) + ")" * len(names)
+        hint = f"write `{modifier}` where `{names[0]}` is declared"
+        known = part.name in ("start", "fixed", "min", "max", "nominal", "unit", "stateSelect")
+        raise error("F213", message, ref.span, hint=hint if known else None)
     return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
 
 
