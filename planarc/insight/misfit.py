@@ -259,8 +259,8 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
 
 
 def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:
-    """Whether a frame that nothing is connected to lies anywhere: its component, as a sensor of
-    relative positions, only seems to hold the other frame of its own."""
+    """Whether nothing says where a frame lies that is connected to nothing: its component, as a
+    sensor of relative positions, only seems to hold a joint beside it."""
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
     frames = find_frames(v.name for v in dae.variables)
     return any(owner(n) in frames and owner(n) not in connected for n in undetermined)
