@@ -78,10 +78,10 @@ class Poles:
         if not before:
             return False
         steep = self._least_way / abs(here[0]) if here[0] else math.inf
-        pairs = zip(before[n:], here[n:], strict=True)
-        for i, (a, b) in enumerate(pairs):  # asked after every step
+        for i in range(n, len(here)):  # asked after every step
+            a, b = before[i], here[i]
             turned = a < 0.0 < b or b < 0.0 < a
-            if b > steep or b < -steep or (turned and self._is_off(i, before, here)):
+            if b > steep or b < -steep or (turned and self._is_off(i - n, before, here)):
                 break
         else:
             return False

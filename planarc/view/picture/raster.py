@@ -141,14 +141,27 @@ def _label(pen: Any, mark: Label, place: _Place) -> None:
     (at,) = place([(mark.x, mark.y)])
     size = place.scale * mark.height
     if mark.style.fill and mark.text and size >= 1:
-        text = mark.text.translate(_PLAIN)
-        pen.text(at, text, _color(mark.style.fill), _font(round(size)), anchor="mm")
+        mask, (left, top) = _letters(mark.text.translate(_PLAIN), round(size))
+        pen.bitmap((round(at[0]) + left, round(at[1]) + top), mask, _color(mark.style.fill))
 
 
 #: Signs that the font of Pillow draws as empty boxes.
 _PLAIN = str.maketrans("µ−×→⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "u-x>0123456789-")
 
 _DRAW: dict[type[Mark], Any] = {Outline: _outline, Bar: _bar, Disc: _disc, Label: _label}
+
+
+@lru_cache(maxsize=256)
+def _letters(text: str, size: int) -> tuple[Image, tuple[int, int]]:
+    """A text as a mask, the same in all frames; and its corner, from the middle of the text."""
+    from PIL import Image, ImageDraw
+
+    font = _font(size)
+    left, top, right, low = font.getbbox(text, anchor="mm")
+    corner = math.floor(left), math.floor(top)
+    mask = Image.new("L", (math.ceil(right) - corner[0], math.ceil(low) - corner[1]))
+    ImageDraw.Draw(mask).text((-corner[0], -corner[1]), text, 255, font, anchor="mm")
+    return mask, corner
 
 
 @lru_cache(maxsize=8)
@@ -158,6 +171,7 @@ def _font(size: int) -> Any:
     return ImageFont.load_default(size)
 
 
+@lru_cache(maxsize=256)
 def _color(paint: Paint) -> _Color:
     channels = (paint.red, paint.green, paint.blue, 255 * paint.opacity)
     return tuple(min(255, max(0, round(c))) for c in channels)

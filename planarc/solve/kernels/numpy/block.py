@@ -250,9 +250,10 @@ class Block:
         """Converged; below the top only when not far from where it started."""
         self.done = True
         if self._below:
+            x, begin = self._x, self._origin
             for i in self._solved:
-                origin = self._origin[i]
-                if abs(self._x[i] - origin) > FAR * max(1.0, abs(origin)):
+                moved = abs(x[i] - begin[i])
+                if moved > FAR and moved > FAR * abs(begin[i]):
                     raise UnsolvedError(self.index)
 
     def _halve(self) -> Sequence[float]:

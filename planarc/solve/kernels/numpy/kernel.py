@@ -10,7 +10,7 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.kernel import Capabilities, Lead
+from planarc.ir.kernel import Capabilities, Lead, taker
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -66,7 +66,7 @@ class NumpyKernel(Derived):
         self._equations: Sequence[tuple[int, int]] = self._functions.get("equations", ())
         self._levels = self._functions["levels"]
         self._state_slots: list[int] = []
-        self._derivative_slots: list[int] = []
+        self._rates = taker([])
         results = sorted({c.slot for c in program.columns if not c.constant})
         self._pick = itemgetter(0, 0, *results)  # twice the time, since one alone is no tuple
         self._started = False
@@ -127,7 +127,7 @@ class NumpyKernel(Derived):
         self._choose(selection)
         chosen = [program.candidates[i] for i in selection]
         self._state_slots = [c.slot for c in chosen]
-        self._derivative_slots = [c.derivative for c in chosen]
+        self._rates = taker([c.derivative for c in chosen])
         for block, code in zip(self._blocks, program.blocks, strict=True):
             if code.height:
                 last = code.first + len(code.tears)
@@ -142,10 +142,8 @@ class NumpyKernel(Derived):
         code = self._solve(t, y)
         if code:
             return code
-        w, total = self.w, 0.0
-        for i, slot in enumerate(self._derivative_slots):
-            ydot[i] = value = w[slot]
-            total += value
+        ydot[:] = found = self._rates(self.w)
+        total = sum(found)
         return 0 if total - total == 0.0 else self._not_finite()
 
     def outputs(self, t: float, y: Sequence[float]) -> int:
@@ -277,12 +275,10 @@ class NumpyKernel(Derived):
         return -1
 
 
-def _floats(values: Sequence[float]) -> list[float]:
+def _floats(values: Sequence[float]) -> Sequence[float]:
     """Python floats, also from an array: NumPy's scalars are slow."""
-    if isinstance(values, list):
-        return values
     tolist = getattr(values, "tolist", None)
-    return list(map(float, values)) if tolist is None else tolist()
+    return values[:] if tolist is None else tolist()  # a slice reads an array of C at once
 
 
 def _first_states(program: Program) -> list[int]:
