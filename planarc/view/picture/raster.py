@@ -24,6 +24,7 @@ _FINER = 3
 _CORNER = 6
 
 _Color: TypeAlias = tuple[int, ...]
+Span: TypeAlias = tuple[float, float]
 
 
 def render_images(motion: Motion, camera: Camera, dark: bool = False) -> Iterator[Image]:
@@ -35,29 +36,47 @@ def render_images(motion: Motion, camera: Camera, dark: bool = False) -> Iterato
     first = next((n for n, item in enumerate(motion.items) if _moves(item)), len(motion.items))
     ground = Image.new("RGB", (fine.width, fine.height), _color(DARK_PAPER if dark else PAPER))
     _paint(ground, motion.items[:first], 0, fine, dark)
-    image = ground.copy()
+    image, still = ground.copy(), ground.reduce(_FINER)
     for frame in range(len(motion.times)):
         image.paste(ground)
-        _paint(image, motion.items[first:], frame, fine, dark)
-        yield image.reduce(_FINER)
+        spans = _paint(image, motion.items[first:], frame, fine, dark)
+        small = still.copy()
+        for top, low in _strips(spans, fine.height):
+            small.paste(image.reduce(_FINER, (0, top, fine.width, low)), (0, top // _FINER))
+        yield small
 
 
 def _moves(item: Item) -> bool:
     return not all(isinstance(t, (int, float)) for t in item.tracks)
 
 
-def _paint(image: Image, items: Sequence[Item], frame: int, camera: Camera, dark: bool) -> None:
+def _paint(
+    image: Image, items: Sequence[Item], frame: int, camera: Camera, dark: bool
+) -> list[Span]:
+    """Draw the items; the rows of pixels that each mark may reach."""
     from PIL import ImageDraw
 
-    pen = ImageDraw.Draw(image, "RGBA")
+    pen, spans = ImageDraw.Draw(image, "RGBA"), list[Span]()
     for moving in items:
         if _is_away(moving, frame):
             continue
         item = item_at(moving, frame)
         if visible(item):
-            place = _Place(item, camera)
+            place = _Place(item, camera, spans)
             for mark in marks_of(item, _FINER / camera.scale, dark):
                 _DRAW[type(mark)](pen, mark, place)
+    return spans
+
+
+def _strips(spans: Sequence[Span], height: int) -> Iterator[tuple[int, int]]:
+    """Rows of pixels, by multiples of `_FINER`, that hold all spans; no row twice."""
+    done = 0
+    for top, low in sorted(spans):
+        if low > done:
+            begin = int(max(done, min(top, height))) // _FINER * _FINER
+            done = min(height, (int(min(low, height)) // _FINER + 1) * _FINER)
+            if begin < done:
+                yield begin, done
 
 
 def _is_away(item: Item, frame: int) -> bool:
@@ -66,21 +85,25 @@ def _is_away(item: Item, frame: int) -> bool:
 
 
 class _Place:
-    """The way from the axes of an item to pixels."""
+    """The way from the axes of an item to pixels; notes in `spans` which rows are reached."""
 
-    def __init__(self, item: Item, camera: Camera) -> None:
-        self.scale = camera.scale
+    def __init__(self, item: Item, camera: Camera, spans: list[Span]) -> None:
+        self.scale, self.spans = camera.scale, spans
         self.origin = camera(item.x, item.y)  # type: ignore[arg-type]
         self.cos, self.sin = math.cos(item.angle), math.sin(item.angle)
 
-    def __call__(self, points: Sequence[Point]) -> list[Point]:
+    def __call__(self, points: Sequence[Point], reach: float) -> list[Point]:
+        """Points that something is drawn about, as far as `reach` in the item's unit."""
         (ox, oy), c, s = self.origin, self.scale * self.cos, self.scale * self.sin
-        return [(ox + c * x - s * y, oy - s * x - c * y) for x, y in points]
+        found = [(ox + c * x - s * y, oy - s * x - c * y) for x, y in points]
+        rows, far = [y for _, y in found], self.scale * reach + _FINER
+        self.spans.append((min(rows) - far, max(rows) + far))
+        return found
 
 
 def _outline(pen: Any, mark: Outline, place: _Place) -> None:
-    points = place(mark.points)
     style = mark.style
+    points = place(mark.points, style.width / 2)
     if mark.closed and style.fill:
         pen.polygon(points, fill=_color(style.fill))
     if style.line:
@@ -123,8 +146,8 @@ def _rounded(left: float, right: float, low: float, high: float, r: float) -> tu
 
 
 def _disc(pen: Any, mark: Disc, place: _Place) -> None:
-    ((x, y),) = place([(mark.x, mark.y)])
     style = mark.style
+    ((x, y),) = place([(mark.x, mark.y)], mark.radius + style.width / 2)
     half = place.scale * style.width / 2 if style.line else 0.0
     r = place.scale * mark.radius
     if style.line:
@@ -138,7 +161,7 @@ def _disc(pen: Any, mark: Disc, place: _Place) -> None:
 
 
 def _label(pen: Any, mark: Label, place: _Place) -> None:
-    (at,) = place([(mark.x, mark.y)])
+    (at,) = place([(mark.x, mark.y)], mark.height)
     size = place.scale * mark.height
     if mark.style.fill and mark.text and size >= 1:
         mask, (left, top) = _letters(mark.text.translate(_PLAIN), round(size))
