@@ -263,11 +263,11 @@ def from_python(runs: int | None = None) -> float:
     return min(times[1:])
 
 
-def study(backend: str | None = None) -> float:
-    """Wall seconds of 1,000 runs on all cores; NumPy's back end runs many at a time."""
+def study() -> float:
+    """Wall seconds of 1,000 runs on all cores."""
     import planarc as package
 
-    model = package.load(MODEL, backend=backend)
+    model = package.load(MODEL)
     points = package.latin_hypercube({"crankBody.m": (0.5, 2), "revA.phi.start": (0.5, 1.5)}, 1000)
     begin = perf_counter()
     found = package.sweep(
@@ -304,7 +304,6 @@ BARS = (
     Bar("cam follower again in one process, native", "ms", 15.0, lambda: 1e3 * cam_again("native")),
     Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),
     Bar("sweep of 1,000 four-bars, wall", "s", 15.0, study),
-    Bar("sweep of 1,000 four-bars, numpy, wall", "s", None, lambda: study("numpy")),
     Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
 )
 
