@@ -3,6 +3,7 @@
     UnknownValue   a loop around it may be written out instead
     TooLarge       going on would find the same again and again
     NotThere       a connection to it is left out
+    OutOfRange     a branch of an `if` that does not count may hold it
 
 Parts of the language that planarc does not have are refused by name, never ignored.
 """
@@ -28,6 +29,10 @@ class NotThere(PlanarcError):
     """A conditional component whose condition is false (F215)."""
 
 
+class OutOfRange(PlanarcError):
+    """An index that an array does not have (F219)."""
+
+
 def unknown_value(message: str, span: Span) -> UnknownValue:
     return UnknownValue(Ungiven("F281", message, span))
 
@@ -48,8 +53,10 @@ def joined(problems: Sequence[PlanarcError]) -> PlanarcError:
     for kind in (UnknownValue, TooLarge):
         if any(isinstance(problem, kind) for problem in problems):
             return kind(diagnostics)
-    whole = NotThere if all(isinstance(p, NotThere) for p in problems) else PlanarcError
-    return whole(diagnostics)
+    for common in (NotThere, OutOfRange):
+        if all(isinstance(problem, common) for problem in problems):
+            return common(diagnostics)
+    return PlanarcError(diagnostics)
 
 
 def unsupported(feature: str, section: str, span: Span | None) -> PlanarcError:

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.source import Span
+from planarc.flatten.refusal import OutOfRange
 from planarc.flatten.tree.nodes import Instance
 from planarc.ir.flat import Part
 from planarc.ir.places import is_own
@@ -46,7 +47,7 @@ class ToldAtHome:
         instance, errors = self._instance, self._instance.session.errors
         if len(errors) > self._before:
             errors[self._before :] = [homewards(d, instance) for d in errors[self._before :]]
-        if isinstance(problem, PlanarcError) and type(problem) is PlanarcError:
+        if isinstance(problem, PlanarcError) and type(problem) in (PlanarcError, OutOfRange):
             raise PlanarcError(homewards(d, instance) for d in problem.diagnostics) from None
 
 

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any
 
 from planarc.core.diagnostic import error
-from planarc.flatten.refusal import for_each
+from planarc.flatten.refusal import OutOfRange, for_each
 from planarc.flatten.terms.conform import type_text, unify
 from planarc.flatten.terms.constant import Value
 from planarc.flatten.tree.nodes import Env
@@ -70,7 +70,13 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
     chosen = _chosen(conditions, evaluate.literal_value)
     if chosen is not None:
         return env.typed(parts[chosen])  # the others need no types
-    *values, otherwise = for_each(parts, env.typed)
+    try:
+        *values, otherwise = for_each(parts, env.typed)
+    except OutOfRange:  # parameters may choose another branch: `if i < n then x[i + 1] else 0`
+        chosen = _chosen(conditions, lambda c: evaluate.try_value(c, env, mark=True))
+        if chosen is None:
+            raise
+        return env.typed(parts[chosen])
     type_ = otherwise.type
     for branch in values:
         common = unify(branch.type, type_)
