@@ -156,9 +156,10 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]
     joints = _joints(system, i, block, chosen)
+    loops = loop_names(program, [*joints, *(e.component for e in infos)])
     found = Diagnostic(
         "R415",
-        f"a constraint in the loops of {loop_names(program, joints)} follows from the others in "
+        f"a constraint in the loops of {loops} follows from the others in "
         "every position: joints or bars hold the same motion twice, and their forces are "
         "not determined",
         infos[0].span if infos else None,

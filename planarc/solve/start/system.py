@@ -24,6 +24,8 @@ from planarc.solve.start import newton
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
+#: Rows (m, m2) below which a mechanism is nearly assembled.
+ASSEMBLED = 1e-4
 #: Rows, and the candidates that they are solved for.
 Stage: TypeAlias = tuple[list[int], list[int]]
 
@@ -100,26 +102,33 @@ class System:
         return self.values(u, ())
 
     def values(self, u: Vector, slots: tuple[int, ...]) -> Vector | None:
-        """All rows, then the values of some variables. The workspace is left at `u`."""
+        """All rows, then the values of some variables. The workspace is left at `u`. None where
+        these have no values, or forces and accelerations have none: but an assembled place
+        counts all the same, since redundant bars leave forces open at all of them."""
         import numpy as np
 
+        asked = (*self._slots, *slots)
         if self._form is not None:
-            asked = (*self._slots, *slots)
             found = self._form.differences(self.t, u, (), asked, False)
             if found is None and self.evaluate_flag(u) == 0:  # with help
                 found = self._form.differences(self.t, u, (), asked, False)
+            whole = found is not None
+            if found is None and self._is_below(asked):
+                found = self._form.differences(self.t, u, (), asked, True)
             if found is None:
                 return None
             values: Vector = found[0]
         else:
             self._r[:] = [math.nan] * len(self._r)
-            if self.evaluate_flag(u) != 0 and (self.initial_rows or self.fixed_rows):
+            whole = self.evaluate_flag(u) == 0
+            if not whole and not self._is_below(asked):
                 return None
             w = self.kernel.w
-            also = [w[s] for s in (*self._slots, *slots)]
-            values = np.concatenate([self._r[: self.initial_rows.stop], also])
+            values = np.concatenate([self._r[: self.initial_rows.stop], [w[s] for s in asked]])
             if not np.isfinite(values).all():
                 return None
+        if not whole and abs(values).max() > ASSEMBLED:
+            return None
         if self._slots:
             values[self.fixed_rows.start : self.rows] -= self._wanted
         return values
@@ -160,8 +169,8 @@ class System:
         self, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
     ) -> Vector | None:
         if self._form is not None:
-            below = not (self.initial_rows or self.fixed_rows or slots)
-            found = self._form.differences(self.t, u, columns, (*self._slots, *slots), below)
+            asked = (*self._slots, *slots)
+            found = self._form.differences(self.t, u, columns, asked, self._is_below(asked))
             return None if found is None else found[1:].T
         full = u.copy()
         chosen = list(columns)
@@ -172,6 +181,10 @@ class System:
 
         here = self.values(u, slots)
         return None if here is None else newton.differences(moved, u[chosen], here)
+
+    def _is_below(self, asked: Sequence[int]) -> bool:
+        """Whether all rows are known before accelerations and forces are."""
+        return not (self.initial_rows or asked)
 
     # Levels
 

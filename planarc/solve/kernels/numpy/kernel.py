@@ -55,6 +55,7 @@ class NumpyKernel(Derived):
         ]
         self._modal = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal]
         self._below = [b for b, c in zip(self._blocks, program.blocks, strict=True) if c.height > 0]
+        self._top = {i for i, b in enumerate(program.blocks) if b.height == 0}
         #: Blocks that start from accepted values; linear ones need them where they are open.
         self._starting = [
             b for b, c in zip(self._blocks, program.blocks, strict=True) if c.modal or not c.linear
@@ -154,12 +155,12 @@ class NumpyKernel(Derived):
         for candidate, value in zip(self._program.candidates, _floats(u), strict=True):
             self.w[candidate.slot] = value
         code, initial = self._given("levels", "rest", "initial")
-        if code:
+        if code and self.failed_block not in self._top:
             return code
         found = [value for block in self._below for value in block.residuals]
         found.extend(initial)
-        r[: len(found)] = found
-        return 0 if math.isfinite(sum(found)) else self._not_finite()
+        r[: len(found)] = found  # places are known where forces have no solution
+        return code or (0 if math.isfinite(sum(found)) else self._not_finite())
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:
         asked = self._blocks[block]
