@@ -66,7 +66,11 @@ def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
 
 
 def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[Equation, ...]:
-    """The equations that say what the same variable is, where there are several of them."""
+    """The equations that say the same, or what the same variable is, where there are several."""
+    for surplus in too_many:
+        said = {surplus.left, surplus.right}
+        if len(twins := tuple(e for e in own if {e.left, e.right} == said)) > 1:
+            return twins
     sides = {e.left for e in too_many if e.left.is_symbol}
     same = tuple(e for e in own if e.left in sides)
     return same if len(same) > 1 else own

@@ -211,14 +211,25 @@ def _kinds_hint(left: Side, right: Side) -> str | None:
             f"`{kinds['signal']}` is a signal: put a source, which makes it a torque, a force or a "
             f"motion, or a sensor between them, of `Modelica.Mechanics.{library}`"
         )
+    if kinds.keys() == {"signal", "frame"}:
+        return (
+            f"`{kinds['signal']}` is a signal: a sensor of `PlanarMultiBody.Sensors` makes one of "
+            f"`{kinds['frame']}`, and a force of `PlanarMultiBody.Forces` takes one"
+        )
     return None
 
 
 def _kind(connector: Leaf | Instance) -> str | None:
     if isinstance(connector, Leaf):
         return "signal"
-    kinds = {frozenset(("phi", "tau")): "turns", frozenset(("s", "f")): "slides"}
-    return kinds.get(frozenset(component_names(connector)))
+    return _KINDS.get(frozenset(component_names(connector)))
+
+
+_KINDS = {
+    frozenset(("phi", "tau")): "turns",
+    frozenset(("s", "f")): "slides",
+    frozenset(("r", "phi", "f", "t")): "frame",
+}
 
 
 def _flange_hint(flange: Side, frame: Side) -> str | None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
+from planarc.core.prose import counted, listed
 from planarc.flatten.functions.variables import record_type
 from planarc.flatten.terms.conform import expect
 from planarc.flatten.tree import lookup, redeclare
@@ -27,9 +28,9 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
         if isinstance(d, syntax.Component) and not _fixed(d)
     ]
     if len(node.arguments) > len(names):
-        raise error(
-            "F290", f"`{cls.name}` has {len(names)} fields, not {len(node.arguments)}", node.span
-        )
+        message = f"`{cls.name}` has {counted(len(names), 'field')}, not {len(node.arguments)}"
+        hint = f"give {listed([f'`{n}`' for n in names])}" if names else None
+        raise error("F290", message, node.span, hint=hint)
     for name, argument in zip(names, node.arguments, strict=False):
         values[name] = env.typed(argument)
     for named in node.named:

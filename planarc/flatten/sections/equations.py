@@ -38,6 +38,7 @@ from planarc.flatten.refusal import for_each, too_large
 from planarc.flatten.terms.conform import (
     base_conforms,
     expect,
+    product_hint,
     scalar_count,
     shape_hint,
     type_text,
@@ -76,14 +77,7 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
         raise
     if unify(left.type, right.type) is None:
         types = f"{type_text(left.type)} and {type_text(right.type)}"
-        hint = None
-        if bool(left.type.dims) is not bool(right.type.dims) and "*" in node.span.text:
-            hint = "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
-        elif isinstance(node.left, syntax.Matrix) and isinstance(right, flat.Call):
-            results = node.left.span.text.strip("[] ")
-            hint = f"the results of a call stand in parentheses: write `({results})`"
-        elif base_conforms(left.type, right.type) or base_conforms(right.type, left.type):
-            hint = _sizes(left, right)
+        hint = _mend(node, left, right)
         message = f"the sides of the equation have different types: {types}"
         raise error("F300", message, node.span, hint=hint)
     whole = isinstance(left, flat.Reference) and left.type.base is flat.Base.INTEGER
@@ -92,10 +86,18 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
     return (flat.Equality(node.span, env.component, left, right),)
 
 
-def _sizes(left: flat.Expression, right: flat.Expression) -> str | None:
-    """What to do about a side that is written out, and has not the size of the other one."""
+def _mend(node: syntax.Equality, left: flat.Expression, right: flat.Expression) -> str | None:
+    """What to do about sides of different types."""
+    if (product := product_hint(right if left.type.dims else left)) is not None:
+        return product
+    if isinstance(node.left, syntax.Matrix) and isinstance(right, flat.Call):
+        results = node.left.span.text.strip("[] ")
+        return f"the results of a call stand in parentheses: write `({results})`"
+    if not (base_conforms(left.type, right.type) or base_conforms(right.type, left.type)):
+        return None
     for written, other in ((right, left), (left, right)):
-        if isinstance(written, flat.Array | flat.Literal):
+        computed = written is right and not isinstance(right, flat.Reference)
+        if isinstance(written, flat.Array | flat.Literal) or (computed and not right.type.dims):
             return shape_hint(other.type, written.type, written.span)
     return None
 

@@ -9,11 +9,14 @@ import re
 from collections.abc import Callable, Iterable
 from math import prod
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.mend import Each
 from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.ir import flat
+from planarc.ir.flatwalk import nodes_of
 
 NUMERIC = (flat.Base.REAL, flat.Base.INTEGER)
 
@@ -64,7 +67,20 @@ def expect(
 ) -> None:
     """Refuse a value that does not have the expected type; `single`: of what there is but one."""
     if not conforms(expected, value.type):
-        raise mismatch(expected, value.type, what, span or value.span, single)
+        found = mismatch(expected, value.type, what, span or value.span, single)
+        if expected.dims and (hint := product_hint(value)):
+            raise PlanarcError(replace(found.diagnostics[0], hint=hint, mend=None))
+        raise found
+
+
+def product_hint(value: flat.Expression) -> str | None:
+    """What a user means whose product of vectors is a number."""
+    if value.type.dims or not any(
+        isinstance(e, flat.Binary) and e.op == "*" and e.left.type.dims and not e.type.dims
+        for e in nodes_of([value])
+    ):
+        return None
+    return "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
 
 
 def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:

@@ -43,7 +43,7 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
     (
         "Modelica.Blocks.Tables.Internal",
         _BLOCKS / "Tables" / "Internal.pmo",
-        ("secant", "slope", "slopes", "segment", "value", "valueOnRow", "advance", "isIncreasing"),
+        ("secant", "slope", "slopes", "segment", "value", "valueOnRow", "advance", "misplacedRow"),
     ),
     ("Modelica.Blocks.Sources", _BLOCKS / "Sources" / "CombiTimeTable.pmo", ("CombiTimeTable",)),
     ("Modelica.Utilities.Streams", _OWN, ("error",)),
