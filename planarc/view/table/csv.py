@@ -67,8 +67,8 @@ def _text(numbers: Vector, whole: Sequence[int]) -> bytes:
         for i in whole:
             row[i] = round(row[i]) if math.isfinite(row[i]) else row[i]
     if (abs(numbers) < math.inf).all():
-        # Rows of JSON are made in C; the brackets and commas between them are taken out.
-        return json.encode(rows)[2:-2].replace(b"],[", _END) + _END
+        # Lists of JSON are made in C; their brackets are taken off.
+        return b"".join([json.encode(row)[1:-1] + _END for row in rows])
     return b"".join(",".join(map(repr, row)).encode() + _END for row in rows)
 
 
