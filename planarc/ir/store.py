@@ -18,7 +18,8 @@ from __future__ import annotations
 import io
 import pickle
 from array import array
-from itertools import islice
+from itertools import chain, compress, islice
+from operator import attrgetter
 from typing import Any
 
 from planarc.core import plain
@@ -38,15 +39,24 @@ class Place(Data):
 def dumps(value: object, table: Exprs) -> bytes:
     """`value` as bytes; all expressions in it belong to `table`."""
     buffer = io.BytesIO()
-    pickler = _Pickler(buffer, table)
+    needed = bytearray(len(table.all))
+
+    def place(e: Expr) -> tuple[type[Place], tuple[int]]:
+        needed[e.id] = True
+        return Place, (e.id,)
+
+    pickler = pickle.Pickler(buffer, pickle.HIGHEST_PROTOCOL)
+    pickler.dispatch_table = {Expr: place, Exprs: lambda _: (Place, (-1,))}
     pickler.dump(value)
-    nodes = _nodes_below(pickler.found, table)
+    _mark_below(needed, table)
+    nodes = list(compress(table.all, needed))
+    args = [e.args for e in nodes]
     columns = (
-        array("I", [e.id for e in nodes]),
-        bytes([e.op for e in nodes]),
-        [e.data for e in nodes if e.op in _TOLD],
-        array("I", [len(e.args) for e in nodes]),
-        array("I", [a.id for e in nodes for a in e.args]),
+        array("I", compress(range(len(needed)), needed)),
+        bytes(map(attrgetter("op"), nodes)),
+        [data for data in map(attrgetter("data"), nodes) if data is not None],
+        array("I", map(len, args)),
+        array("I", map(attrgetter("id"), chain.from_iterable(args))),
         sorted(table.texts),
     )
     return pickle.dumps((columns, buffer.getvalue()), pickle.HIGHEST_PROTOCOL)
@@ -71,33 +81,12 @@ def loads(data: bytes) -> Any:
     return _Unpickler(io.BytesIO(body), table, nodes).load()
 
 
-def _nodes_below(numbers: set[int], table: Exprs) -> list[Expr]:
-    """The nodes of these numbers and all that they are made of, in ascending order."""
-    needed = bytearray(len(table.all))
-    for number in numbers:
-        needed[number] = True
-    found = []
-    for e in reversed(table.all):  # arguments have lower numbers than what uses them
-        if needed[e.id]:
-            found.append(e)
-            for a in e.args:
+def _mark_below(needed: bytearray, table: Exprs) -> None:
+    """Mark what marked nodes are made of, by numbers."""
+    for number in range(len(needed) - 1, -1, -1):  # arguments have lower numbers than their users
+        if needed[number]:
+            for a in table.all[number].args:
                 needed[a.id] = True
-    found.reverse()
-    return found
-
-
-class _Pickler(pickle.Pickler):
-    def __init__(self, buffer: io.BytesIO, table: Exprs) -> None:
-        super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
-        self._table = table
-        self.found: set[int] = set()  # numbers of the expressions met so far
-
-    # Asked once for each object, and never for texts, numbers and containers.
-    def reducer_override(self, value: object) -> Any:
-        if isinstance(value, Expr):
-            self.found.add(value.id)
-            return Place, (value.id,)
-        return (Place, (-1,)) if value is self._table else NotImplemented
 
 
 class _Unpickler(plain.PlainReader):
