@@ -15,19 +15,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from enum import Enum, Flag, auto
+from enum import Enum, auto
 from sys import float_info
 from typing import Any, TypeAlias
 
 from planarc.core.data import Data
 
 
-class Sign(Flag):
-    """The signs that a value may have."""
+class Sign:
+    """The signs that a value may have, as bits: plain numbers, which are asked often."""
 
-    MINUS = auto()
-    ZERO = auto()
-    PLUS = auto()
+    MINUS, ZERO, PLUS = 1, 2, 4
     ANY = MINUS | ZERO | PLUS
 
 
@@ -67,7 +65,7 @@ class Elementary(Data):
     built: Formula | None = None
     result: Result = Result.REAL
     units: Units = Units.NUMBER
-    sign: Sign = Sign.ANY  # of the value, whatever the arguments are
+    sign: int = Sign.ANY  # of the value, whatever the arguments are
     odd: bool = False  # has the sign of its argument
     rises: bool = False  # nowhere falls with an argument
     size: float = math.inf  # no value is farther from zero

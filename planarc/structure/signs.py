@@ -20,15 +20,15 @@ class Signs:
 
     def __init__(self, parameters: tuple[Parameter, ...]) -> None:
         self._parameters = {p.name: p for p in parameters}
-        self._memo: dict[Expr, Sign] = {}
+        self._memo: dict[Expr, int] = {}
 
-    def __call__(self, root: Expr) -> Sign:
+    def __call__(self, root: Expr) -> int:
         return fold(root, self._memo, self._of)
 
     def never_zero(self, e: Expr) -> bool:
         return not self(e) & Sign.ZERO
 
-    def _of(self, e: Expr) -> Sign:
+    def _of(self, e: Expr) -> int:
         args = [self._memo[a] for a in e.args]
         match e.op:
             case Op.CONST:
@@ -54,7 +54,7 @@ class Signs:
                 return args[0] if row.odd else row.sign
         return Sign.ANY
 
-    def _of_parameter(self, e: Expr) -> Sign:
+    def _of_parameter(self, e: Expr) -> int:
         p = self._parameters[e.name]
         if p.constant and p.value.is_const:
             return _of_number(p.value.data)
@@ -66,13 +66,13 @@ class Signs:
         return sign or Sign.ANY
 
 
-def _of_number(value: float) -> Sign:
+def _of_number(value: float) -> int:
     if value > 0:
         return Sign.PLUS
     return Sign.MINUS if value < 0 else Sign.ZERO if value == 0 else Sign.ANY
 
 
-def _negative(a: Sign) -> Sign:
+def _negative(a: int) -> int:
     turned = a & Sign.ZERO
     if a & Sign.PLUS:
         turned |= Sign.MINUS
@@ -81,18 +81,18 @@ def _negative(a: Sign) -> Sign:
     return turned
 
 
-def _sum(args: list[Sign]) -> Sign:
-    union = Sign(0)
+def _sum(args: list[int]) -> int:
+    union = 0
     for a in args:
         union |= a
-    if Sign.MINUS in union and Sign.PLUS in union:
+    if union & Sign.MINUS and union & Sign.PLUS:
         return Sign.ANY
-    if any(Sign.ZERO not in a for a in args):  # one-sided, and one term is off zero
+    if not all(a & Sign.ZERO for a in args):  # one-sided, and one term is off zero
         union &= ~Sign.ZERO
     return union
 
 
-def _product(a: Sign, b: Sign) -> Sign:
+def _product(a: int, b: int) -> int:
     result = (a | b) & Sign.ZERO
     if a & Sign.PLUS:
         result |= b & ~Sign.ZERO
@@ -101,8 +101,8 @@ def _product(a: Sign, b: Sign) -> Sign:
     return result
 
 
-def _power(base: Sign, exponent: Expr) -> Sign:
-    if base is Sign.PLUS:
+def _power(base: int, exponent: Expr) -> int:
+    if base == Sign.PLUS:
         return Sign.PLUS
     if not exponent.is_const or exponent.data != int(exponent.data):
         return Sign.ANY

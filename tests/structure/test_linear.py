@@ -140,4 +140,4 @@ def test_the_sign_is_that_of_the_value(a: str, b: str, operator: str, x: float) 
     if 0 < abs(value) < 1e-200 or (value == 0 and x != 0 and abs(x) < 1e-60):
         return  # underflow
     actual = Sign.PLUS if value > 0 else Sign.MINUS if value < 0 else Sign.ZERO
-    assert actual in Signs(())(e)
+    assert actual & Signs(())(e)
