@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from planarc.evaluate.value import evaluate
 from planarc.ir import store
 from planarc.ir.calculus import partial, time_derivative
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, below, postorder, symbols
 
 Recipe = tuple[Any, ...]  # how to build one expression, in any table
 
@@ -138,6 +138,13 @@ def test_equal_trees_are_one_object(recipe: Recipe) -> None:
     assert build(t, recipe) is build(t, recipe)
 
 
+@given(recipes, recipes)
+def test_nodes_below_are_those_of_the_walk_in_order(one: Recipe, other: Recipe) -> None:
+    t = Exprs()
+    roots = build(t, one), build(t, other), build(t, one)
+    assert sorted(below(roots)) == sorted(postorder(roots))
+
+
 @given(recipes)
 def test_storage_keeps_text_and_identity(recipe: Recipe) -> None:
     t = Exprs()
@@ -171,6 +178,16 @@ def test_arithmetic_rules() -> None:
     assert t.div(t.neg(x), t.neg(y)) is t.div(x, y)
     assert t.div(x, t.zero).op is Op.DIV  # left for the run to report
     assert t.call("sqrt", t.const(-1)).op is Op.CALL
+
+
+def test_a_difference_of_sums_leaves_no_other_sum_behind() -> None:
+    t = Exprs()
+    x, y, z = map(t.symbol, "xyz")
+    a, b = t.add(x, y), t.add(x, z)
+    difference = t.sub(a, b)
+    assert difference is t.add(y, t.neg(z))
+    assert [e for e in t.all if x in e.args] == [a, b]
+    assert all(e.args[0] is z for e in t.all if e.op is Op.NEG)
 
 
 def test_true_is_not_one_and_zero_has_one_sign_in_sums() -> None:
