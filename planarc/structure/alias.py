@@ -27,7 +27,7 @@ Promises:  nothing is divided by what may vanish, and no curved equation is solv
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from planarc.core.data import Data
 from planarc.ir.dae import Dae
@@ -150,15 +150,13 @@ class _Search:
         for i in self.queue:
             e = self.equations[i]
             self.residuals[i] = self.table.sub(inline(e.left), inline(e.right))
-            self._refresh(i)
-            for name in {s.name: None for s in self.contents.ordered(self.residuals[i])}:
+            for name in {s.data[0] for s in self._unknowns(i)}:
                 self.uses[name].append(i)
         while source := self.queue or self.derivatives or self.long:
             late = source is not self.queue
             i = source.popleft()
             self.queued[i] = False
             if i not in self.spent:
-                self._refresh(i)
                 self._classify(i, late)
 
     def _try_names(self, i: int) -> bool:
@@ -171,30 +169,36 @@ class _Search:
                 side, sign = side.args[0], -sign
             if side.op is not Op.SYMBOL or side.order or side.name not in self.key:
                 return False
-            found = self.forest.resolve(side)
-            if found.op is Op.NEG:
-                found, sign = found.args[0], -sign
-            sides.append(found)
-        return self._join(i, sides[0], sides[1], sign)
+            sides.append(side)
+        left, right = sides
+        return self._join(i, left, right, sign)
 
-    def _refresh(self, i: int) -> None:
-        """Put in what has become known of the variables of an equation."""
+    def _unknowns(self, i: int) -> Collection[Expr]:
+        """The unknowns of an equation, after what has become known of its variables. The residual
+        is written anew where it has one left, or fewer than before: not for other names alone."""
         residual = self.residuals[i]
-        stale = [s for s in self.contents(residual) if not self.forest.is_root(s.data[0])]
-        if stale:
-            changed = {s: self.forest.resolve(s) for s in sorted(stale)}
+        unknowns = self.contents(residual)
+        stale = [s for s in unknowns if not self.forest.is_root(s.data[0])]
+        if not stale:
+            return unknowns
+        changed = {s: self.forest.resolve(s) for s in sorted(stale)}
+        named = unknowns.difference(stale).union(*map(self.contents, changed.values()))
+        if len(named) < max(2, len(unknowns)):
             self.residuals[i] = Substitution(self.table, changed)(residual)
+            return self.contents(self.residuals[i])
+        return named
 
     def _classify(self, i: int, late: bool) -> None:
         """Derivatives wait until no constant is left to be found: der(constant) is zero."""
-        unknowns = self.contents.ordered(self.residuals[i])
+        unknowns = self._unknowns(i)
         self.size[i] = len(unknowns)
         if len(unknowns) == 1:
-            self._try_constant(i, unknowns[0])
+            self._try_constant(i, *unknowns)
         elif len(unknowns) == 2:
             if late or not any(s.order for s in unknowns):
-                a, b = unknowns
-                self._join(i, a, b, self._pair_sign(self.residuals[i], a, b))
+                residual = self.residuals[i]
+                a, b = self.contents(residual)
+                self._join(i, a, b, self._pair_sign(residual, a, b))
             else:
                 self.derivatives.append(i)
 
@@ -221,6 +225,8 @@ class _Search:
 
     def _join(self, i: int, a: Expr, b: Expr, sign: int) -> bool:
         """Make one of a = sign*b stand for the other, if that can be."""
+        (own, a), (others, b) = self._signed(a), self._signed(b)
+        sign *= own * others
         if not sign or a.name == b.name or (a.order and b.order):
             return False
         if a.order or (not b.order and self.key[a.name] < self.key[b.name]):
@@ -229,6 +235,11 @@ class _Search:
         self.uses[b.name].extend(self.uses[a.name])
         self._spend(i, a.name)
         return True
+
+    def _signed(self, symbol: Expr) -> tuple[int, Expr]:
+        """The sign and the symbol that one of an equation's two unknowns has come to."""
+        found = self.forest.resolve(symbol)
+        return (-1, found.args[0]) if found.op is Op.NEG else (1, found)
 
     def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
         """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
