@@ -163,8 +163,8 @@ def _read_by(dae: Dae, component: str) -> set[str]:
 def _ends_together(dae: Dae, frames: Mapping[str, int]) -> Iterator[Diagnostic]:
     for names in dae.connections:
         for component, ends in grouped((n for n in names if n in frames), owner).items():
-            part = own_part(dae, component)
-            if len(ends) > 1 and part is not None and part.name == component:
+            part = _own(dae, component) if len(ends) > 1 else None
+            if part is not None:
                 yield Diagnostic(
                     "S323",
                     f"both ends of `{component}` are connected to each other: {both(ends)}",

@@ -26,7 +26,7 @@ from planarc.insight.connectors import grouped
 from planarc.insight.misfit import find_loop
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Op, postorder
+from planarc.ir.expr import Op, below, symbol_text
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_names, own_part, owner
 from planarc.ir.sorted import Assignment, Block, Residual, SortedDae, Step, computed
@@ -37,18 +37,19 @@ def find_held(model: SortedDae) -> Locked | None:
     height = max((level.height for level in model.levels), default=0)
     if height < 2:
         return None
-    still = {p.name for p in model.dae.parameters}
+    still = {(p.name, 0) for p in model.dae.parameters}  # names and orders
     blocks: list[Block] = []
-    loose: set[str] = set()
+    loose: set[tuple[str, int]] = set()
     for step in (s for level in model.levels if level.height == height for s in level.steps):
-        names = {repr(symbol) for symbol in computed(step)}
-        if step.free or _used(step) - still:
-            loose |= names
+        own = {symbol.data for symbol in computed(step)}
+        if step.free or _used(step).difference(own, still):
+            loose |= own
             continue
-        still |= names
+        still |= own
         if isinstance(step, Block) and step.tears:
             blocks.append(step)
-    return next(filter(None, (_told(model, block, loose) for block in blocks)), None)
+    names = {symbol_text(*symbol) for symbol in loose} if blocks else set[str]()
+    return next(filter(None, (_told(model, block, names) for block in blocks)), None)
 
 
 def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
@@ -143,12 +144,10 @@ def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) 
     )
 
 
-def _used(step: Step) -> set[str]:
-    """What a step takes from others, by the names that symbols have as texts."""
-    own = {repr(symbol) for symbol in computed(step)}
+def _used(step: Step) -> set[object]:
+    """What the formulas of a step hold: names and orders of symbols, and what is no symbol."""
     values = (*(a.value for a in step.inner), *(r.value for r in step.residuals))
-    leaves = (repr(e) for e in postorder(values) if not e.args and e.op is not Op.CONST)
-    return set(leaves) - own
+    return {e.data for e in below(values) if not e.args and e.op is not Op.CONST}
 
 
 def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | None:

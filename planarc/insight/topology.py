@@ -31,10 +31,11 @@ from planarc.core.disjoint import DisjointSets
 from planarc.insight.connectors import FRAME, find_frames
 from planarc.insight.driving import find_passive
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Op, postorder
+from planarc.ir.expr import Op, below
 from planarc.ir.mechanism import Joint, Link, Mechanism
 
 _FLOWS, _POTENTIALS = zip(*FRAME, strict=True)
+_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
 
 
 class _Relation(Data):
@@ -73,7 +74,7 @@ def find_moving(dae: Dae) -> frozenset[str]:
     return frozenset(
         equation.component
         for equation in dae.equations
-        if any(e.op is Op.SYMBOL and e.data[1] for e in postorder((equation.left, equation.right)))
+        if any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
     )
 
 
@@ -114,8 +115,8 @@ def _massive(dae: Dae, alone: Sequence[str]) -> frozenset[str]:
     found = set()
     for equation in dae.equations if single else ():
         if equation.component in moving and not equation.generated:
-            symbols = postorder((equation.left, equation.right))
-            names = {e.data[0] for e in symbols if e.op is Op.SYMBOL}
+            symbols = below((equation.left, equation.right))
+            names = {e.data[0] for e in symbols if e.op is _SYMBOL}
             if not names <= flows.keys():
                 found |= {flows[n] for n in names if n in flows}
     return frozenset(found)
@@ -132,8 +133,8 @@ def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]
         if equation.generated:
             continue
         names: set[str] = set()
-        for e in postorder((equation.left, equation.right)):
-            if e.op is Op.SYMBOL:
+        for e in below((equation.left, equation.right)):
+            if e.op is _SYMBOL:
                 name, order = e.data
                 if order or name in flows:
                     break
