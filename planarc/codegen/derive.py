@@ -116,7 +116,7 @@ class Deriver:
     def _jacobian(
         self, block: Block, slopes: tuple[forward.Local, ...]
     ) -> tuple[forward.Unrolled | None, forward.Tangent | None]:
-        if forward.count_entries(block.tears, slopes) > forward.LARGEST_UNROLLED:
+        if forward.is_long(block.tears, slopes):
             return None, forward.tangent(self._table, block.tears, slopes)
         return forward.unroll(self._table, block.tears, slopes, self._factoring), None
 

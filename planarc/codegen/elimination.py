@@ -34,15 +34,16 @@ from msgspec import Struct, field
 
 from planarc.codegen.jacobian import Local
 from planarc.codegen.residuals import Steps, size_terms
-from planarc.codegen.samples import SPREAD, Samples
+from planarc.codegen.samples import Samples
 from planarc.codegen.statements import is_trivial
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Exprs, Substitution, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, below
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector as Values
 
+_CONST = Op.CONST  # where it counts: an enumeration looks up its members by a function
 #: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40
 #: Least sizes of a pivot, relative to the other coefficients of its unknown, tried in turn.
@@ -74,9 +75,8 @@ def eliminate(
     tears = block.tears
     unknowns = [*tears, *(f.target for f in formulas if f.target is not None)]
     varying = set(unknowns)
-    for f in formulas:
-        if not all(varying.isdisjoint(symbols(slope)) for _, slope in f.slopes):
-            return None
+    if not varying.isdisjoint(below(slope for f in formulas for _, slope in f.slopes)):
+        return None
     zero = Substitution(table, dict.fromkeys(unknowns, table.zero))
     number = {u: i for i, u in enumerate(unknowns)}
     work = _Work(table)
@@ -122,8 +122,7 @@ class _Work(Struct):
 
     def run(self, samples: Samples) -> bool:
         """Eliminate everything; False when that is not possible or fills up."""
-        values = [samples.value(e) for row in self.rows for e in row.values()]
-        sizes = np.array(values).reshape(-1, len(SPREAD))
+        sizes = samples.values([e for row in self.rows for e in row.values()])
         finite = np.isfinite(sizes).all(axis=0)  # the samples at which all coefficients are
         if not finite.any():
             return False
@@ -181,7 +180,7 @@ class _Work(Struct):
     def _cost(self, i: int, j: int) -> int:
         """Markowitz' count of possible new entries; a division counts a little."""
         fill = (len(self.rows[i]) - 1) * (len(self.columns[j]) - 1)
-        return 2 * fill + (not self.rows[i][j].is_const)
+        return 2 * fill + (self.rows[i][j].op is not _CONST)
 
     def _is_large(self, i: int, j: int, threshold: float) -> bool:
         """Whether the pivot is large beside its column, at every sample."""
@@ -228,7 +227,8 @@ class _Work(Struct):
         ratio = [a / b for a, b in zip(numbers.pop(j), beside[j], strict=True)]
         none = [0.0] * len(ratio)
         for k, e in self.rows[pivot_row].items():
-            new = t.sub(target.get(k, t.zero), t.mul(factor, e))
+            product = t.mul(factor, e)
+            new = t.sub(target[k], product) if k in target else t.neg(product)
             self.products += 1
             if new is not t.zero:
                 target[k] = new

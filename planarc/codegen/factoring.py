@@ -68,11 +68,12 @@ class Factoring:
     def __init__(self, table: Exprs) -> None:
         self._table = table
         self._known: dict[Monomial, list[tuple[Expr, Sum]]] = {}  # by their first products
+        self._sums: dict[Expr, Sum] = {}
 
     def learn(self, symbol: Expr, value: Expr) -> None:
         """Note that the symbol holds the value from here on."""
         if value.op is _ADD and len(value.args) <= LONGEST:
-            terms = _sum(value)
+            terms = self._sum(value)
             if len(terms) > 1 and frozenset() not in terms:
                 self._known.setdefault(next(iter(terms)), []).append((symbol, terms))
 
@@ -91,21 +92,26 @@ class Factoring:
     def _shorten(self, e: Expr) -> Expr:
         if len(e.args) > LONGEST or not self._known:
             return e
-        terms = _sum(e)
-        changed = False
+        terms = known = self._sum(e)
         while (found := self._find(terms)) is not None:
             used, monomial, scale = found
-            for u in used:
-                del terms[u]
+            terms = {m: c for m, c in terms.items() if m not in used}
             terms[monomial] = terms.get(monomial, 0.0) + scale
-            changed = True
-        return self._written(terms) if changed else e
+        return e if terms is known else self._written(terms)
+
+    def _sum(self, e: Expr) -> Sum:
+        found = self._sums.get(e)
+        if found is None:
+            found = self._sums[e] = _sum(e)
+        return found
 
     def _find(self, terms: Sum) -> tuple[list[Monomial], Monomial, float] | None:
         """A known sum in the terms: the terms it stands for, and what replaces them."""
         for factor, group in _groups(terms):
             for first in group:
-                for symbol, known in self._known.get(first, ())[:MOST]:
+                if first not in self._known:
+                    continue
+                for symbol, known in self._known[first][:MOST]:
                     scale = group[first] / known[first]
                     if scale and all(group.get(m) == scale * c for m, c in known.items()):
                         used = [m | factor for m in known]
@@ -142,7 +148,7 @@ def _groups(terms: Sum) -> Iterator[tuple[Monomial, Sum]]:
     yield frozenset(), terms
     sharing: dict[Factor, list[Monomial]] = {}
     for m in terms:
-        for factor in sorted(m, key=_place):
+        for factor in sorted(m, key=_place) if len(m) > 1 else m:
             sharing.setdefault(factor, []).append(m)
     for factor, monomials in sharing.items():
         if len(monomials) > 1:

@@ -23,7 +23,7 @@ from collections.abc import Callable
 
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
-from planarc.ir.expr import Expr, Exprs, Op, symbols
+from planarc.ir.expr import Expr, Exprs, Op, below
 
 #: Entries (tangents of inner assignments and residuals) up to which a block is unrolled.
 LARGEST_UNROLLED = 400
@@ -60,8 +60,10 @@ def local_slopes(
 
     def slopes(target: Expr | None, value: Expr) -> Local:
         found = []
-        for s in sorted(s for s in symbols(value) if s in varying):
-            slope = by.setdefault(s, partial(table, s))(value)
+        for s in sorted(varying.intersection(below((value,)))):
+            if s not in by:
+                by[s] = partial(table, s)
+            slope = by[s](value)
             if slope is not table.zero:
                 found.append((s, slope))
         return Local(target, tuple(found))
@@ -77,16 +79,18 @@ def local_slopes(
     return (*reversed(result), *reached)
 
 
-def count_entries(tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> int:
-    """The number of non-zero tangents."""
+def is_long(tears: tuple[Expr, ...], formulas: tuple[Local, ...]) -> bool:
+    """Whether there are more non-zero tangents than are unrolled."""
     reach: dict[Expr, frozenset[int]] = {s: frozenset((i,)) for i, s in enumerate(tears)}
     total = 0
     for f in formulas:
         columns = frozenset[int]().union(*(reach.get(s, frozenset()) for s, _ in f.slopes))
         total += len(columns)
+        if total > LARGEST_UNROLLED:
+            return True
         if f.target is not None:
             reach[f.target] = columns
-    return total
+    return False
 
 
 def unroll(

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Op, postorder, symbols
+from planarc.ir.expr import Expr, Op, below
 from planarc.ir.sorted import Assignment, Block, Level, Step, computed
 
 #: Number of tears below which a linear block of the top level is solved from its matrix as it
@@ -75,7 +75,7 @@ def is_constant(value: Expr, parameters: set[str]) -> bool:
     """Whether parameters alone make the value."""
     return all(
         e.args or e.is_const or (e.op is Op.SYMBOL and e.order == 0 and e.name in parameters)
-        for e in postorder((value,))
+        for e in below((value,))
     )
 
 
@@ -102,7 +102,7 @@ def _needed(levels: list[list[Step]], wanted: set[Expr], late: set[Expr] | None)
                 kept.add(id(step))
                 if late is not None and isinstance(step, Block) and is_small_linear(step):
                     late.update(_unwanted(step, wanted))
-                wanted.update(symbols(*values(step)))
+                wanted.update(below(values(step)))
     return kept
 
 
@@ -117,7 +117,7 @@ def _unwanted(block: Block, wanted: set[Expr]) -> list[Expr]:
     found = []
     for a in reversed(block.inner):
         if a.target in needed:
-            needed.update(symbols(a.value))
+            needed.update(below((a.value,)))
         else:
             found.append(a.target)
     return found

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from planarc.codegen.statements import is_trivial
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, below, postorder
 from planarc.ir.sorted import Block
 
 Steps = tuple[tuple[Expr, Expr], ...]  # (symbol, value), in order
@@ -34,7 +34,7 @@ def at_zero(table: Exprs, block: Block) -> tuple[Steps, tuple[Expr, ...]]:
     known: dict[Expr, Expr] = dict.fromkeys(block.tears, table.zero)
 
     def put_in(value: Expr) -> Expr:
-        found = {s: known[s] for s in symbols(value) if s in known}
+        found = {s: known[s] for s in below((value,)) if s in known}
         return Substitution(table, found)(value) if found else value
 
     return _follow(table, block, known, "z", put_in)
@@ -66,7 +66,7 @@ def _size(table: Exprs, root: Expr, known: Mapping[Expr, Expr]) -> Expr:
     for e in postorder((root,)):
         if e in known:
             found[e] = known[e]
-        elif any(a in found for a in e.args):
+        elif not found.keys().isdisjoint(e.args):
             found[e] = _size_of(table, e, [found.get(a) or _absolute(table, a) for a in e.args])
     return found.get(root) or _absolute(table, root)
 

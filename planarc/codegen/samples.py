@@ -40,6 +40,7 @@ _INDEPENDENT = 1e-6  # least size of what a condition adds to those before it, b
 class Samples:
     def __init__(self, sorted: SortedDae) -> None:
         self._values: dict[Expr, Values] = {}
+        self._everywhere: dict[float, Values] = {}  # numbers that are the same at all positions
         self._formulas = self._anew()
         self._spread = np.array(SPREAD)
         self._random = np.random.default_rng(1)
@@ -62,7 +63,19 @@ class Samples:
     def value(self, root: Expr) -> Values:
         """The formula at all positions; unknown leaves (events, discrete values) are 0."""
         found = self._number(root)
-        return found if found.ndim else np.full(self._spread.shape, found)
+        if found.ndim:
+            return found
+        number = found.item()
+        if number not in self._everywhere:
+            self._everywhere[number] = np.full(self._spread.shape, number)
+        return self._everywhere[number]
+
+    def values(self, roots: Sequence[Expr]) -> Values:
+        """Formulas at all positions, a row each."""
+        found = np.empty((len(roots), len(SPREAD)))
+        for row, root in zip(found, roots, strict=True):
+            row[:] = self._formulas(root)
+        return found
 
     def _number(self, root: Expr) -> Values:
         """The formula at all positions, without dimensions where it is the same everywhere."""

@@ -51,17 +51,17 @@ def is_trivial(e: Expr) -> bool:
 
 def shared(values: Iterable[Expr]) -> set[Expr]:
     """The nodes that are worth a temporary: used more than once by the values."""
-    roots = list(values)
-    used: set[Expr] = set(roots)
-    again: set[Expr] = set()
-    for e in postorder(roots):
+    roots = Counter(values)
+    found = list(roots)
+    used: set[Expr] = set(found)
+    again = {e for e, n in roots.items() if n > 1}
+    for e in found:
         for a in e.args:
             if a in used:
                 again.add(a)
             else:
                 used.add(a)
-    if len(roots) > len(used.intersection(roots)):
-        again.update(e for e, n in Counter(roots).items() if n > 1)
+                found.append(a)
     return {e for e in again if not is_trivial(e)}
 
 
@@ -122,7 +122,8 @@ class Lister:
         """target := value, and before it the temporaries that it needs."""
         if value not in self._known and not is_trivial(value):
             for a in value.args:
-                self.value(out, a)
+                if a.args:
+                    self.value(out, a)
             written = self._node(out, value)
             self._remember(value, target)
         else:
@@ -153,18 +154,18 @@ class Lister:
     def value(self, out: list[Let], root: Expr) -> Expr:
         """The value as it is to be written; its temporaries are appended to `out`."""
         known = self._known
-        stack = [root]
+        stack = [root] if root.args else []
         while stack:
             e = stack[-1]
             if e in known:
                 stack.pop()
-            elif waiting := [a for a in reversed(e.args) if a not in known]:
+            elif waiting := [a for a in reversed(e.args) if a.args and a not in known]:
                 stack += waiting
             else:
                 stack.pop()
                 self._trail.append(e)
-                known[e] = self._written(out, e) if e.args else e
-        return known[root]
+                known[e] = self._written(out, e)
+        return known.get(root, root)
 
     def _written(self, out: list[Let], e: Expr) -> Expr:
         new = self._node(out, e)
@@ -174,11 +175,11 @@ class Lister:
 
     def _node(self, out: list[Let], e: Expr) -> Expr:
         """The node over its arguments as they are written."""
-        args = tuple([self._known[a] for a in e.args])
+        known, depths = self._known, self._depths
+        args = tuple([known.get(a, a) for a in e.args])
         while len(args) > LONGEST:  # a sum or product: its first terms by themselves
             args = (self._named(out, self._table.node(e.op, args[:LONGEST])), *args[LONGEST:])
         new = e if args == e.args else self._table.node(e.op, args, e.data)
-        depths = self._depths
         depths[new] = 1 + max([depths.get(a, 0) for a in args])
         return new
 

@@ -80,7 +80,8 @@ def ir(program: Program, small: bool = False, shared: Rows | None = None) -> str
     their rows, which have constants of their own without."""
     placement = place(program)
     reads = cache(partial(reads_of, program))
-    section = partial(_Section, program, placement, reads, small=small, shared=shared)
+    slot = _slots(program)
+    section = partial(_Section, program, placement, reads, slot, small=small, shared=shared)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
@@ -106,9 +107,14 @@ def slopes_ir(program: Program, slopes: Slopes, scope: Scope, shared: Rows | Non
     tape = "" if small else table(f"pc_tape_{scope.value}", slopes.tape())
     lets, taken, results = slopes.named(program.table)
     reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
-    section = _Section(program, place(program), reads, f"pc_slopes_{scope.value}", True, True,
-                       small, shared)  # fmt: skip
+    section = _Section(program, place(program), reads, _slots(program),
+                       f"pc_slopes_{scope.value}", True, True, small, shared)  # fmt: skip
     return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(lets, taken, results)))
+
+
+def _slots(program: Program) -> Callable[[Expr], int | None]:
+    """The slot of a symbol; None where it has none."""
+    return cache(lambda e: program.slots.get(text(e)))
 
 
 def _records(placement: Placement) -> str:
@@ -121,8 +127,8 @@ class _Section:
 
     def __init__(
         self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
-        name: str, results: bool = False, seldom: bool = False, small: bool = False,
-        shared: Rows | None = None,
+        slot: Callable[[Expr], int | None], name: str, results: bool = False,
+        seldom: bool = False, small: bool = False, shared: Rows | None = None,
     ) -> None:  # fmt: skip
         self._seldom, self._small = seldom, small
         self._program, self._reads = program, reads
@@ -136,7 +142,7 @@ class _Section:
         self._area = self._frame.load(POINTER, Frame.AREA)
         self._values: dict[Expr, Value] = {}
         self._loops = Loops(c, name, shared)
-        self._slots: dict[Expr, int | None] = {}
+        self._slot = slot
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else
 
@@ -248,11 +254,6 @@ class _Section:
         return roll(statements, home, self._seldom)
 
     # Values
-
-    def _slot(self, e: Expr) -> int | None:
-        if e not in self._slots:
-            self._slots[e] = self._program.slots.get(text(e))
-        return self._slots[e]
 
     def _leaf(self, e: Expr) -> Value:
         """A value from the register that this function set, else from the workspace."""

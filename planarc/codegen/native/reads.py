@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from planarc.codegen.certain import all_lets, taken_values
-from planarc.ir.expr import Expr, postorder
+from planarc.ir.expr import Expr, below
 from planarc.ir.program import Program
 
 
@@ -28,4 +28,4 @@ def reads_of(program: Program) -> Counter[Expr]:
 
 def counted(values: Iterable[Expr]) -> Counter[Expr]:
     """How many of the values read each leaf."""
-    return Counter(e for value in values for e in postorder((value,)) if not e.args)
+    return Counter(e for value in values for e in below((value,)) if not e.args)

@@ -23,14 +23,14 @@ Promises:  groups are equal in operations, exponents and functions, in which lea
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import accumulate, groupby
 from typing import TypeAlias
 
 from planarc.codegen.certain import is_hidden
 from planarc.codegen.native.gathering import gather
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.expr import Expr, Op, below
 from planarc.ir.program import Let, Statement
 
 #: Lists below this length are left as they are: compiled straight they run a little faster. Of
@@ -49,6 +49,7 @@ _LOOP, _ENTRY = 8, 0.2
 #: is in registers otherwise goes through memory then.
 _PART = 0.7
 
+_POW = Op.POW  # where it counts: an enumeration looks up its members by a function
 _LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
 #: What takes values to a value, wherever it stands: the others read memory or call back.
 _ROLLED = frozenset(
@@ -150,7 +151,7 @@ def _before(lets: Sequence[Let], place: Callable[[Expr], Hashable]) -> list[tupl
     readers: dict[Hashable, list[int]] = {}
     found = []
     for i, let in enumerate(lets):
-        reads = [known(e) for e in postorder((let.value,)) if e.op in _LEAVES]
+        reads = [known(e) for e in below((let.value,)) if e.op in _LEAVES]
         target = known(let.target)
         behind = [setters[p] for p in (*reads, target) if p in setters]
         found.append(tuple(dict.fromkeys((*behind, *readers.pop(target, ())))))
@@ -174,7 +175,7 @@ def _cost(listed: Sequence[Statement | Roll]) -> float:
 
 
 def _operations(let: Let) -> int:
-    return 1 + sum(len(e.args) for e in postorder((let.value,)))
+    return 1 + sum(len(e.args) for e in below((let.value,)))
 
 
 _Kinds: TypeAlias = "tuple[list[int], list[tuple[Expr, ...]]]"
@@ -185,7 +186,7 @@ def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int]) -> _Kin
     numbers: dict[object, int] = {}
     kinds: list[int] = []
     leaves: list[tuple[Expr, ...]] = []
-    known = cache(home)
+    known = cache(partial(_told, home))
     for i, s in enumerate(statements):
         kind, found = _kind(s, known)
         kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
@@ -214,32 +215,37 @@ def _rolled_in(
     return out
 
 
+def _told(home: Callable[[Expr], int], e: Expr) -> tuple[int, bool]:
+    """What is told of a leaf: its memory, and whether it is hidden, so that its truth may not be
+    known."""
+    return home(e), e.op is Op.SYMBOL and is_hidden(e)
+
+
 def _kind(
-    statement: Statement, home: Callable[[Expr], int]
+    statement: Statement, told_of: Callable[[Expr], tuple[int, bool]]
 ) -> tuple[tuple[object, ...] | None, tuple[Expr, ...]]:
     """What equal statements share, and the leaves that they differ by; None: no other is equal."""
     if not isinstance(statement, Let):
         return None, ()
     leaves: dict[Expr, int] = {}
-    told: list[object] = [home(statement.target)]
+    told: list[object] = [told_of(statement.target)[0]]
     exponents = set()
     stack = [statement.value]
     while stack:
         e = stack.pop()
-        op = e.op
-        if e.args:
+        op, args = e.op, e.args
+        if args:
             if op not in _ROLLED:
                 return None, ()
-            told += (op, len(e.args), e.data)
-            if op is Op.POW and e.args[1].is_const:  # a whole one is a product
-                told.append(e.args[1])
-                exponents.add(e.args[1])
-                stack.append(e.args[0])
+            told += (op, len(args), e.data)
+            if op is _POW and args[1].is_const:  # a whole one is a product
+                told.append(args[1])
+                exponents.add(args[1])
+                stack.append(args[0])
             else:
-                stack.extend(e.args)
+                stack += args
         elif op in _LEAVES:
-            hidden = op is Op.SYMBOL and is_hidden(e)  # its truth may not be known
-            told += (leaves.setdefault(e, len(leaves)), home(e), hidden)
+            told += (leaves.setdefault(e, len(leaves)), told_of(e))
         elif is_number(e):
             told += (leaves.setdefault(e, len(leaves)), None)
         else:  # a truth, or time: shared nodes are equal when they are the same
