@@ -7,10 +7,12 @@ actions     what the model does at events, as code
 fits        what was left out of redundant joints
 touches     what its rigid contacts read and set
 image       its first content: the assembly found here, at export
-module      the code as one LLVM module, its object
+module      the code as LLVM modules
+objects     their machine code, for a kind of processor
 instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
 page        the model in a page: what the page calls, and how
 c           the model as C99 that people read
 link        shared libraries from objects
+archive     files as one
 """

@@ -17,9 +17,7 @@ Raises:    PlanarcError C300 for what cannot be exported, and what a start may r
 
 from __future__ import annotations
 
-import io
 import re
-import zipfile
 from collections.abc import Sequence
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -30,6 +28,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown
+from planarc.export.archive import write_archive
 from planarc.export.refusal import refuse
 from planarc.export.wishes import Wishes, derivatives, restricted, tolerance_of
 from planarc.view.storage import no_match
@@ -39,8 +38,8 @@ if TYPE_CHECKING:
 
 
 class Platform(Data):
-    """A system and its processor: LLVM's name, the ending of its libraries, and what FMI 2.0 calls
-    it, which knows no ARM64. All objects are ELF, with the calling convention of the system."""
+    """A system and its processor: LLVM's name of what its objects are made for (`objects`), the
+    ending of its libraries, and what FMI 2.0 calls it, which knows no ARM64."""
 
     triple: str
     ending: str
@@ -52,11 +51,9 @@ PLATFORMS = {
     "x86_64-linux": Platform("x86_64-unknown-linux-gnu", "so", "linux64"),
     "aarch64-linux": Platform("aarch64-unknown-linux-gnu", "so"),
     "x86_64-windows": Platform("x86_64-pc-windows-msvc-elf", "dll", "win64"),
-    "x86_64-darwin": Platform("x86_64-apple-macosx11.0.0-elf", "dylib", "darwin64"),
-    "aarch64-darwin": Platform("arm64-apple-macosx11.0.0-elf", "dylib"),
+    "x86_64-darwin": Platform("x86_64-unknown-linux-gnu", "dylib", "darwin64"),
+    "aarch64-darwin": Platform("aarch64-unknown-linux-gnu", "dylib"),
 }
-#: Files have the oldest date that an archive can tell, so that archives are the same.
-_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 class Fmu(Data):
@@ -78,7 +75,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.image import take_image
-    from planarc.export.module import compile_texts, write_texts
+    from planarc.export.module import write_texts
+    from planarc.export.objects import compile_texts
 
     folders = _folders(wishes)
     program = restricted(compiled.program, wishes.parameters)
@@ -111,12 +109,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         if wishes.version == 3:
             sources["buildDescription.xml"] = describe_build(identifier)
         files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
+    objects = {t: compile_texts(modules, t) for t in {k.triple: None for k in folders.values()}}
     for folder, kind in folders.items():
-        code = compile_texts(modules, kind.triple)
         name = f"{identifier}.{kind.ending}"
-        files[f"binaries/{folder}/{name}"] = make_library(kind, code, name, entries.names)
+        files[f"binaries/{folder}/{name}"] = make_library(
+            kind, objects[kind.triple], name, entries.names
+        )
     return Fmu(
-        _archive(files),
+        write_archive(files),
         causes.count("input"),
         causes.count("output"),
         causes.count("parameter") - 1,  # that of the integrator is planarc's own
@@ -162,13 +162,3 @@ def _tool() -> str:
     from importlib.metadata import version
 
     return f"planarc {version('planarc')}"
-
-
-def _archive(files: dict[str, bytes]) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w") as archive:
-        for name, data in files.items():
-            info = zipfile.ZipInfo(name, _DATE)
-            info.external_attr = 0o644 << 16
-            archive.writestr(info, data, zipfile.ZIP_DEFLATED, 9)
-    return out.getvalue()

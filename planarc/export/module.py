@@ -1,4 +1,4 @@
-"""The code of an exported model: two modules of LLVM, and the objects made of them.
+"""The code of an exported model: modules of LLVM, of which `objects` makes machine code.
 
     shared    the kernel's functions     `codegen.native.runtime`
               an instance's              `export.instance`
@@ -12,27 +12,22 @@ through a loader.
 
 from __future__ import annotations
 
-import re
 import struct
-from collections.abc import Sequence, Set
 from hashlib import sha256
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value, table
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
-from planarc.codegen.native.machine import emit_object
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.runtime import runtime_text
-from planarc.core import cache as store
 from planarc.export.actions import action_functions, endings, errors, ordered_discretes, reader
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.block import LARGER, block_functions
+from planarc.export.instance.block import block_functions
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
@@ -53,13 +48,12 @@ from planarc.export.plan import (
     Phase,
     Plan,
     Stale,
-    Table,
     is_eventful,
     make_plan,
     rules,
     starts_anew,
 )
-from planarc.export.pruned import calls_in, numbers_of, prune, without
+from planarc.export.pruned import calls_in, prune
 from planarc.export.text import text_constant
 from planarc.export.touches import jams, touch_functions
 from planarc.export.tunable import tunable_parameters
@@ -106,27 +100,6 @@ define void @px_unstruck(ptr %m) nounwind {
   ret void
 }
 """
-#: What an instance does is marked, too, and what passes derivatives on: the time of a run goes into
-#: the rest of the kernel. Code that LLVM would put into functions of its own packs better as it is.
-_TIGHT = 'minsize optsize "nooutline" '
-_INSTANCE = re.compile(
-    r"^(define [^@]*@(?:px_\w+|pc_(?:eliminate|pass|ranges|rows|differences))\([^)]*\))"
-    r" nounwind",
-    re.MULTILINE,
-)
-#: What other processors have an instruction for.
-_MAXIMUM = "llvm.maximum.f64"
-#: The least processor of a system, where it is more than the first of its kind: macOS 11 runs on
-#: none without the instructions of Penryn.
-_LEAST = {"x86_64-apple-macosx11.0.0-elf": "penryn"}
-#: Passes of LLVM over code that all models share; they take out, too, what a model has no use for.
-#: Branches stay as they are written: what chooses between numbers without them is longer.
-_PASSES = (
-    *("ipsccp", "sroa", "ipsccp", "dead_arg_elimination", "instruction_combine"),
-    *("global_dead_code_eliminate", "reassociate", "instruction_combine"),
-)
-#: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
-_SMALL = f'noinline {_TIGHT}"no-jump-tables"="true" '
 #: What the functions that all models share call of a model's own, and its tables.
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
@@ -155,14 +128,6 @@ _TABLES = (
 )
 
 
-def compile_library(
-    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
-) -> tuple[bytes, ...]:
-    """The objects of an exported model without derivatives, for a system and its processor."""
-    texts = write_texts(program, image, entries, token, tolerance, None, False)
-    return compile_texts(texts, triple)
-
-
 def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True,
@@ -176,44 +141,6 @@ def write_texts(
     own = _own(program, image, entries, token, tolerance, slopes, rows, small=derivatives)
     shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
     return shared, _solver(program), own, of_values
-
-
-def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
-    """Their objects; those of shared texts are kept."""
-    shared, others = texts[:SHARED], texts[SHARED:]
-    numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
-    called = {n for text in texts[1:] for n in calls_in(text)}
-    return (
-        *(_kept(without(text, "px_plan", numbers), triple, called) for text in shared),
-        *(_compiled(text, triple) for text in others),
-    )
-
-
-def _kept(text: str, triple: str, called: Set[str]) -> bytes:
-    called = called & calls_in(text)
-    name = store.key("exported", version("llvmlite"), triple, *sorted(called), text)
-    known = store.load("native", name)
-    if known is None:
-        known = _compiled(text, triple, _PASSES, called)
-        store.store("native", name, known)
-    return known
-
-
-def _compiled(
-    text: str, triple: str, passes: Sequence[str] = (), called: Set[str] | None = None
-) -> bytes:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    fixed = triple.startswith("wasm")  # there constants have addresses of their own
-    machine = llvm.Target.from_triple(triple).create_target_machine(
-        cpu=_LEAST.get(triple, ""), opt=1, reloc="static" if fixed else "pic", codemodel="small"
-    )
-    text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
-    if not triple.startswith("x86"):
-        text = text.replace(f"call double @{LARGER}(", f"call double @{_MAXIMUM}(")
-    return emit_object(text, machine, ("pc_", "px_"), passes, called)
 
 
 def _shared(program: Program, entries: Entries, derivatives: bool) -> str:

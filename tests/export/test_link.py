@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from functools import cache
@@ -12,12 +13,14 @@ import lief
 import pytest
 
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Value
+from planarc.codegen.native.formulas import declarations
 from planarc.compiler import compile_model, run
 from planarc.core.options import RunOptions
 from planarc.export.fmi.three import functions
 from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
-from planarc.export.module import compile_texts, write_texts
+from planarc.export.module import write_texts
+from planarc.export.objects import compile_texts
 from planarc.request.request import Request
 
 COMPILED = cache(
@@ -44,9 +47,12 @@ def test_others_read_what_was_written(platform: str) -> None:
     underscore = "_" if platform.endswith("darwin") else ""
     names = {f.name for f in found.exported_functions}
     assert names == {underscore + name for name in public}
-    imported = {f.name.lstrip("_") for f in found.imported_functions}
+    imported = {f.name.removeprefix(underscore) for f in found.imported_functions}
     assert {"calloc", "free", "pow"} <= imported
     assert not any(name.startswith(("px_", "pc_", "fmi")) for name in imported)
+    own = {"linux": {"sincos"}, "darwin": {"__sincos"}}.get(platform.split("-")[1], set())
+    known = re.findall(r"declare double @(\w+)\(", declarations())
+    assert own <= imported <= {"calloc", "free", *known, *own}
 
 
 @pytest.mark.parametrize("platform", [p for p in PLATFORMS if p.endswith("darwin")])

@@ -21,7 +21,7 @@ from planarc.core.options import RunOptions
 from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
-from planarc.export.module import compile_library
+from planarc.export.objects import compile_library
 from planarc.export.page.entries import functions
 from planarc.export.page.module import make_module
 from planarc.export.wishes import tolerance_of

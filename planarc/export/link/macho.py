@@ -34,6 +34,8 @@ _SIGNATURE, _DYLD_INFO, _BUILD = 0x1D, 0x80000022, 0x32
 _READ, _WRITE, _RUN = 1, 2, 4
 #: macOS 11 is the first that runs on ARM.
 _OLDEST = 11 << 16
+#: What the library of the system calls otherwise than that of Linux, which objects are made for.
+_NAMES = {"sincos": "__sincos"}
 
 
 def write_library(found: Object, name: str, public: Sequence[str], needed: str) -> bytes:
@@ -47,7 +49,7 @@ def write_library(found: Object, name: str, public: Sequence[str], needed: str) 
     sizing = join(found, lambda length: length)
     data_at = _pages(code_at + len(sizing.code))
     joined = join(found, lambda _: data_at - code_at)
-    imports = joined.imports
+    imports = [_NAMES.get(name, name) for name in joined.imports]
     data_size = 8 * len(imports)
     edit_at = data_at + _pages(data_size)
 
@@ -72,7 +74,7 @@ def write_library(found: Object, name: str, public: Sequence[str], needed: str) 
     numbers = range(len(public), len(public) + len(imports))
     indirect_at = put(struct.pack(f"<{len(numbers)}I", *numbers))
     texts_at = put(texts := _even(texts))
-    edit.extend(bytes(-len(edit) % 16))
+    edit.extend(bytes(-len(edit) % 16 * signs))
     signed_at = edit_at + len(edit)
     signature_size = _signature_size(name, signed_at) if signs else 0
     edit_size = len(edit) + signature_size

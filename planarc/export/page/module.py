@@ -23,7 +23,8 @@ from planarc.core.data import Data
 from planarc.export.delays import delay_messages
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
-from planarc.export.module import compile_texts, write_texts
+from planarc.export.module import write_texts
+from planarc.export.objects import compile_texts
 from planarc.export.page.entries import functions
 from planarc.export.plan import is_eventful
 from planarc.export.refusal import refuse

@@ -8,7 +8,8 @@ jumps to the address that the loader writes into the table of imports:
 
     call sin@stub         stub:  jmp [imports + 8*i]
 
-Addresses are all relative, so the code can lie anywhere and is never written to.
+Addresses are all relative, so the code can lie anywhere and is never written to. Sections of one
+name lie together, since archives pack them better so.
 
 Reference: System V ABI, AMD64 supplement, section 4.4; ELF for the Arm 64-bit architecture,
            section 5.7 (relocations).
@@ -36,11 +37,11 @@ class Joined(Data):
 def join(found: Object, imports_at: Callable[[int], int]) -> Joined:
     """`imports_at` gives the place of the table of imports, reckoned from the code's first byte,
     for a length of the code."""
-    parts, starts, length = [], [], 0
-    for section in found.sections:
+    parts, starts, length = [], {}, 0
+    for i, section in sorted(enumerate(found.sections), key=lambda s: s[1].name):
         gap = -length % section.align
         parts += [bytes(gap), section.data]
-        starts.append(length + gap)
+        starts[i] = length + gap
         length += gap + len(section.data)
     called = {r.symbol for s in found.sections for r in s.relocations}
     outside = [i for i in sorted(called) if found.symbols[i].section is None]
@@ -55,9 +56,9 @@ def join(found: Object, imports_at: Callable[[int], int]) -> Joined:
         if symbol.section is not None:
             homes[i] = starts[symbol.section] + symbol.value
     apply = _X86 if found.processor == X86_64 else _ARM
-    for start, section in zip(starts, found.sections, strict=True):
+    for i, section in enumerate(found.sections):
         for r in section.relocations:
-            apply(code, start + r.offset, r.kind, homes[r.symbol] + r.addend)
+            apply(code, starts[i] + r.offset, r.kind, homes[r.symbol] + r.addend)
     functions = {s.name: homes[i] for i, s in enumerate(found.symbols) if s.public and i in homes}
     return Joined(bytes(code), {n: a for n, a in functions.items() if n not in names}, names)
 

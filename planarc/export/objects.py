@@ -1,0 +1,154 @@
+"""The objects of an exported model: its texts (`module`) as code of a processor that is small.
+
+What many models share passes through LLVM's optimiser, and is kept. What counts is what an archive
+makes of the code: it packs best where instructions stay in the order in which they are written, and
+where a value is not moved between places. That are options of LLVM, which a whole process has; they
+are set back behind each object.
+
+Systems that call functions in the same way share their objects (`SYSTEMS`): an object knows neither
+where its functions come from nor the form of its file.
+
+Needs:     llvmlite
+Promises:  the same texts give the same bytes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence, Set
+from contextlib import contextmanager
+from importlib.metadata import version
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from planarc.codegen.native.assembly import SELDOM
+from planarc.codegen.native.machine import emit_object
+from planarc.core import cache as store
+from planarc.core.data import Data
+from planarc.export.instance.block import LARGER
+from planarc.export.module import SHARED, write_texts
+from planarc.export.plan import Table
+from planarc.export.pruned import calls_in, numbers_of, without
+
+if TYPE_CHECKING:
+    from planarc.export.fmi.entries import Entries
+    from planarc.export.image import Image
+    from planarc.ir.program import Program
+
+#: What an instance does is marked, and what passes derivatives on: the time of a run goes into the
+#: rest of the kernel. Code that LLVM would put into functions of its own packs better as it is.
+_TIGHT = 'minsize optsize "nooutline" '
+_INSTANCE = re.compile(
+    r"^(define [^@]*@(?:px_\w+|pc_(?:eliminate|pass|ranges|rows|differences))\([^)]*\))"
+    r" nounwind",
+    re.MULTILINE,
+)
+#: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
+_SMALL = f'noinline {_TIGHT}"no-jump-tables"="true" '
+#: What other processors have an instruction for.
+_MAXIMUM = "llvm.maximum.f64"
+
+
+class System(Data):
+    """The least processor, what it shall do without, and marks of all functions."""
+
+    cpu: str = ""
+    features: str = ""
+    marks: str = ""
+
+
+#: By LLVM's names, each for all systems that call functions in the same way. macOS 11 runs on
+#: nothing older than Penryn (2008), nor does Windows or Linux as of today. On ARM macOS has x18 for
+#: itself, and x29 for its chain of frames. Cyclone has no scheduler that moves what is finished.
+SYSTEMS = {
+    "x86_64-unknown-linux-gnu": System("penryn"),
+    "x86_64-pc-windows-msvc-elf": System("penryn"),
+    "aarch64-unknown-linux-gnu": System(
+        "", "+reserve-x18", '"tune-cpu"="cyclone" "frame-pointer"="non-leaf"'
+    ),
+    "wasm32-unknown-unknown": System(),
+}
+#: Passes of LLVM over code that all models share; they take out, too, what a model has no use for.
+#: Branches stay as they are written: what chooses between numbers without them is longer.
+_PASSES = (
+    *("ipsccp", "sroa", "ipsccp", "dead_arg_elimination", "instruction_combine"),
+    *("global_dead_code_eliminate", "reassociate", "instruction_combine"),
+)
+#: Options of LLVM, their values here, and those that they have by themselves: nothing is scheduled,
+#: nothing is moved out of loops or into branches, and values are not split to stay in registers.
+_OPTIONS = (
+    ("enable-misched", 0, 1),
+    ("disable-machine-licm", 1, 0),
+    ("disable-machine-sink", 1, 0),
+    ("disable-lsr", 1, 0),
+    ("disable-block-placement", 1, 0),
+    ("grow-region-complexity-budget", 0, 10000),
+)
+_LOCK = Lock()
+
+
+def compile_library(
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
+) -> tuple[bytes, ...]:
+    """The objects of an exported model without derivatives, for a system and its processor."""
+    texts = write_texts(program, image, entries, token, tolerance, None, False)
+    return compile_texts(texts, triple)
+
+
+def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
+    """Their objects; those of shared texts are kept."""
+    shared, others = texts[:SHARED], texts[SHARED:]
+    numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
+    called = {n for text in texts[1:] for n in calls_in(text)}
+    return (
+        *(_kept(without(text, "px_plan", numbers), triple, called) for text in shared),
+        *(_compiled(text, triple) for text in others),
+    )
+
+
+def _kept(text: str, triple: str, called: Set[str]) -> bytes:
+    called = called & calls_in(text)
+    name = store.key("exported", version("llvmlite"), triple, *sorted(called), text)
+    known = store.load("native", name)
+    if known is None:
+        known = _compiled(text, triple, _PASSES, called)
+        store.store("native", name, known)
+    return known
+
+
+def _compiled(
+    text: str, triple: str, passes: Sequence[str] = (), called: Set[str] | None = None
+) -> bytes:
+    import llvmlite.binding as llvm
+
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    system, fixed = SYSTEMS[triple], triple.startswith("wasm")
+    machine = llvm.Target.from_triple(triple).create_target_machine(
+        cpu=system.cpu,
+        features=system.features,
+        opt=1,
+        reloc="static" if fixed else "pic",  # constants of wasm have addresses of their own
+        codemodel="small",
+    )
+    text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
+    text = text.replace(' nounwind "', f' nounwind {system.marks} "')
+    if not triple.startswith("x86"):
+        text = text.replace(f"call double @{LARGER}(", f"call double @{_MAXIMUM}(")
+    with _thrifty(not fixed):
+        return emit_object(text, machine, ("pc_", "px_"), passes, called)
+
+
+@contextmanager
+def _thrifty(wanted: bool) -> Iterator[None]:
+    """Code made here is small, where that is wanted."""
+    import llvmlite.binding as llvm
+
+    with _LOCK:
+        for name, here, _ in _OPTIONS * wanted:
+            llvm.set_option("", f"-{name}={here}")
+        try:
+            yield
+        finally:
+            for name, _, usual in _OPTIONS * wanted:
+                llvm.set_option("", f"-{name}={usual}")

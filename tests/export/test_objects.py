@@ -1,0 +1,66 @@
+"""The objects of exported models: made once for all systems that share them, and of small code."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from types import ModuleType
+
+import llvmlite.binding as llvm
+import pytest
+
+from planarc.codegen.native.machine import emit_object
+from planarc.codegen.native.runtime import runtime_text
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
+from planarc.export import objects
+from planarc.export.fmi import three, two
+from planarc.export.fmu import PLATFORMS, make_fmu
+from planarc.export.wishes import Wishes
+from planarc.request.request import Request
+from planarc.runtime.link.objects import Object, read_object
+from tests.export.fmus import EXAMPLES
+
+
+@cache
+def compiled(name: str) -> Compiled:
+    return compile_model(Request(EXAMPLES / f"{name}.pmo"))
+
+
+def test_systems_that_call_alike_share_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    def counted(text: str, machine: llvm.TargetMachine, *more: object) -> bytes:
+        if "define i32 @pc_slopes_all" in text:
+            made.append(machine.triple)
+        return emit_object(text, machine, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(objects, "emit_object", counted)
+    make_fmu(compiled("pendulum"), Wishes())
+    assert sorted(made) == sorted({k.triple for k in PLATFORMS.values()}) and len(made) == 3
+
+
+@pytest.mark.parametrize("version", (two, three))
+def test_what_arm_gets_on_the_stack_has_eight_bytes(version: ModuleType) -> None:
+    """Linux gives each argument eight bytes there, macOS as many as it has."""
+    entries = version.functions()
+    found = re.findall(r"^define \w+ @(fmi\w+)\((.*?)\)", entries.text(), re.MULTILINE)
+    assert {name for name, _ in found} == set(entries.names)
+    for name, listed in found:
+        whole = [a.split()[0] for a in listed.split(", ") if a and not a.startswith("double")]
+        assert set(whole[8:]) <= {"i64", "ptr"}, name
+    assert version is two or any(a.count(",") > 8 for _, a in found)
+
+
+def emitted(thrifty: bool) -> Object:
+    triple = "aarch64-unknown-linux-gnu"
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(triple).create_target_machine(opt=1, reloc="pic")
+    with objects._thrifty(thrifty):
+        return read_object(emit_object(runtime_text(), machine, ()))
+
+
+def test_other_code_of_the_process_is_made_as_before() -> None:
+    before = emitted(False)
+    assert emitted(True) != before == emitted(False)
