@@ -13,6 +13,6 @@ instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
 page        the model in a page: what the page calls, and how
 c           the model as C99 that people read
-link        shared libraries from objects
+link        shared libraries from objects, and ways to what Windows calls otherwise
 archive     files as one
 """

@@ -76,7 +76,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.image import take_image
     from planarc.export.module import write_texts
-    from planarc.export.objects import compile_texts
+    from planarc.export.objects import compile_all
 
     folders = _folders(wishes)
     program = restricted(compiled.program, wishes.parameters)
@@ -109,7 +109,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         if wishes.version == 3:
             sources["buildDescription.xml"] = describe_build(identifier)
         files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
-    objects = {t: compile_texts(modules, t) for t in {k.triple: None for k in folders.values()}}
+    objects = compile_all(modules, dict.fromkeys(kind.triple for kind in folders.values()))
     for folder, kind in folders.items():
         name = f"{identifier}.{kind.ending}"
         files[f"binaries/{folder}/{name}"] = make_library(
@@ -142,9 +142,10 @@ def _folders(wishes: Wishes) -> dict[str, Platform]:
 def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:
     """A shared library; elementary functions are those of the system."""
     from planarc.export.link import elf, macho, pe
+    from planarc.export.link.bridge import by_ways
     from planarc.runtime.link.objects import put_together, read_object
 
-    found = put_together([read_object(part) for part in code])
+    found = put_together(by_ways([read_object(part) for part in code]))
     if kind.ending == "dll":
         return pe.write_library(found, name, public, "ucrtbase.dll")
     if kind.ending == "dylib":

@@ -15,8 +15,9 @@ Promises:  the same texts give the same bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
+from functools import cache
 from importlib.metadata import version
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -26,9 +27,11 @@ from planarc.codegen.native.machine import emit_object
 from planarc.core import cache as store
 from planarc.core.data import Data
 from planarc.export.instance.block import LARGER
+from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import SHARED, write_texts
 from planarc.export.plan import Table
 from planarc.export.pruned import calls_in, numbers_of, without
+from planarc.runtime.link.objects import read_object
 
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
@@ -50,19 +53,23 @@ _MAXIMUM = "llvm.maximum.f64"
 
 
 class System(Data):
-    """The least processor, what it shall do without, and marks of all functions."""
+    """The least processor, what it shall do without, marks of all functions, and the system as on
+    which functions of a library call each other, where that is another one."""
 
     cpu: str = ""
     features: str = ""
     marks: str = ""
+    inside: str = ""
 
 
+_LINUX, _WINDOWS = "x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc-elf"
 #: By LLVM's names, each for all systems that call functions in the same way. macOS 11 runs on
-#: nothing older than Penryn (2008), nor does Windows or Linux as of today. On ARM macOS has x18 for
-#: itself, and x29 for its chain of frames. Cyclone has no scheduler that moves what is finished.
+#: nothing older than Penryn (2008), which has SSE4.1. Windows keeps nothing below the stack. On ARM
+#: macOS has x18 for itself, and x29 for its chain of frames. LLVM moves nothing that is finished
+#: where it is told of Cyclone.
 SYSTEMS = {
-    "x86_64-unknown-linux-gnu": System("penryn"),
-    "x86_64-pc-windows-msvc-elf": System("penryn"),
+    _LINUX: System("penryn", marks="noredzone"),
+    _WINDOWS: System("penryn", marks="noredzone", inside=_LINUX),
     "aarch64-unknown-linux-gnu": System(
         "", "+reserve-x18", '"tune-cpu"="cyclone" "frame-pointer"="non-leaf"'
     ),
@@ -96,14 +103,31 @@ def compile_library(
 
 
 def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
-    """Their objects; those of shared texts are kept."""
+    """Their objects for a system."""
+    return compile_all(texts, (triple,))[triple]
+
+
+def compile_all(texts: Sequence[str], triples: Iterable[str]) -> dict[str, tuple[bytes, ...]]:
+    """Their objects for several systems; those of shared texts are kept. The model's own are made
+    once for those that call alike inside."""
     shared, others = texts[:SHARED], texts[SHARED:]
     numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
     called = {n for text in texts[1:] for n in calls_in(text)}
-    return (
-        *(_kept(without(text, "px_plan", numbers), triple, called) for text in shared),
-        *(_compiled(text, triple) for text in others),
-    )
+    fitting = [without(text, "px_plan", numbers) for text in shared]
+
+    @cache
+    def own(triple: str) -> tuple[bytes, ...]:
+        return tuple(_compiled(text, triple) for text in others)
+
+    def all_of(triple: str) -> Iterator[bytes]:
+        inside = SYSTEMS[triple].inside
+        own_way = map(called_inside, fitting) if inside else fitting
+        made = [*(_kept(text, triple, called) for text in own_way), *own(inside or triple)]
+        yield from made
+        if inside:
+            yield _compiled(ways(map(read_object, made)), triple)
+
+    return {triple: tuple(all_of(triple)) for triple in triples}
 
 
 def _kept(text: str, triple: str, called: Set[str]) -> bytes:

@@ -15,7 +15,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.export import objects
 from planarc.export.fmi import three, two
-from planarc.export.fmu import PLATFORMS, make_fmu
+from planarc.export.fmu import make_fmu
 from planarc.export.wishes import Wishes
 from planarc.request.request import Request
 from planarc.runtime.link.objects import Object, read_object
@@ -37,7 +37,7 @@ def test_systems_that_call_alike_share_objects(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(objects, "emit_object", counted)
     make_fmu(compiled("pendulum"), Wishes())
-    assert sorted(made) == sorted({k.triple for k in PLATFORMS.values()}) and len(made) == 3
+    assert sorted(made) == ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"]
 
 
 @pytest.mark.parametrize("version", (two, three))
