@@ -81,6 +81,8 @@ _PASSES = (
     *("ipsccp", "sroa", "ipsccp", "dead_arg_elimination", "instruction_combine"),
     *("global_dead_code_eliminate", "reassociate", "instruction_combine"),
 )
+#: The same over a model's own: its formulas have no more to be found, its loops have counters.
+_OWN_PASSES = ("sroa", "loop_rotate")
 #: Options of LLVM, their values here, and those that they have by themselves: nothing is scheduled,
 #: nothing is moved out of loops or into branches, and values are not split to stay in registers.
 _OPTIONS = (
@@ -117,7 +119,7 @@ def compile_all(texts: Sequence[str], triples: Iterable[str]) -> dict[str, tuple
 
     @cache
     def own(triple: str) -> tuple[bytes, ...]:
-        return tuple(_compiled(text, triple) for text in others)
+        return tuple(_compiled(text, triple, _OWN_PASSES) for text in others)
 
     def all_of(triple: str) -> Iterator[bytes]:
         inside = SYSTEMS[triple].inside
