@@ -103,7 +103,9 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     terminals = describe_terminals(program, shown)
     if terminals and wishes.version == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
-    modules = write_texts(program, image, entries, token, tolerance, slopes)
+    modules = write_texts(
+        program, image, entries, token, tolerance, slopes, True, not wishes.source
+    )
     if wishes.source:
         sources = library_sources(program, modules, entries, wishes.version)
         if wishes.version == 3:

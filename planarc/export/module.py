@@ -21,7 +21,9 @@ from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir
+from planarc.codegen.native.rolling import operations
 from planarc.codegen.native.runtime import runtime_text
+from planarc.codegen.native.spelled import Speller
 from planarc.export.actions import action_functions, endings, errors, ordered_discretes, reader
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
@@ -78,6 +80,8 @@ define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {
   ret i32 1
 }
 """
+#: So many operations of derivatives pay for the function that carries them out.
+_LARGE = 350
 #: How many modules do not hang on the model alone.
 SHARED = 2
 #: In the place of the kernel's.
@@ -130,15 +134,19 @@ _TABLES = (
 
 def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None = None, derivatives: bool = True,
+    slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged."""
+    while something is dragged. `spelled`: large models carry out what runs seldom (`spelled`)."""
     rows = Rows(Own.ROWS)
-    of_values = _NO_SLOPES if slopes is None else slopes_ir(program, slopes, Scope.ALL, rows)
-    own = _own(program, image, entries, token, tolerance, slopes, rows, small=derivatives)
+    speller, of_values = None, _NO_SLOPES
+    if slopes is not None:
+        if spelled and sum(map(operations, slopes.named(program.table)[0])) >= _LARGE:
+            speller = Speller(rows)
+        of_values = slopes_ir(program, slopes, Scope.ALL, rows, speller)
+    own = _own(program, image, entries, token, tolerance, slopes, rows, derivatives, speller)
     shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
     return shared, _solver(program), own, of_values
 
@@ -175,10 +183,10 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None, rows: Rows, small: bool,
+    slopes: Slopes | None, rows: Rows, small: bool, speller: Speller | None,
 ) -> str:  # fmt: skip
     """The model's functions, its tables and its messages."""
-    functions = ir(program, small, rows if small else None)
+    functions = ir(program, small, rows if small else None, speller)
     tape = _NOTHING if slopes is None else slopes.tape()
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     unpacked = [*nodes_of(program, slopes), *discretes, *rows.numbers, *tape]

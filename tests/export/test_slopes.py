@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from planarc.api.model import Model
 from planarc.core.options import Backend
+from planarc.export import module
 from planarc.request.request import Request
 from tests.export.fmus import EXAMPLES, runs_here
 
@@ -90,6 +91,23 @@ def test_they_are_those_of_planarc(four_bar: Model, tmp_path: Path, version: int
     assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12)
     together = np.array(one.along(unknowns, knowns, [0.5, -2.0, 3.0]))
     assert together == pytest.approx(wanted @ [0.5, -2.0, 3.0], rel=1e-11)
+
+
+@runs_here
+def test_what_is_carried_out_is_what_is_compiled(
+    four_bar: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the last bit, in fewer bytes."""
+    found, sizes = [], []
+    for folder, least in ((tmp_path / "spelled", 0), (tmp_path / "code", 1 << 30)):
+        folder.mkdir()
+        monkeypatch.setattr(module, "_LARGE", least)
+        one = Exported(four_bar, folder, 3, OUTPUTS)
+        unknowns = [*one.rates, *(one.of[name] for name in OUTPUTS)]
+        found.append(one.jacobian(unknowns, [*one.states, one.of["revA.tau"]]))
+        sizes.append((folder / "a.fmu").stat().st_size)
+    assert np.array_equal(*found) and np.isfinite(found[0]).all()
+    assert sizes[0] < sizes[1]
 
 
 @runs_here

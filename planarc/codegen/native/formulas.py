@@ -35,7 +35,7 @@ def declarations() -> str:
 LARGEST_PRODUCT = 16
 
 
-_BINARY = {
+BINARY = {
     Op.DIV: Value.__truediv__,
     Op.LESS: Value.__lt__,
     Op.LESS_EQUAL: Value.__le__,
@@ -80,7 +80,7 @@ def formula(
             done[e] = Negative(real(c, done[e.args[0]]))
         else:
             done[e] = _node(c, e, [done[a].kept() for a in e.args])
-            if op in _TRUTHS:
+            if op in TRUTHS:
                 doubtful.append(e)
     found = done[root].kept()
     if doubtful:
@@ -90,17 +90,22 @@ def formula(
     return found
 
 
-_COMPARED = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL)
-_TRUTHS = (*_COMPARED, Op.AND, Op.OR, Op.NOT, Op.IF)
+COMPARED = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL)
+TRUTHS = (*COMPARED, Op.AND, Op.OR, Op.NOT, Op.IF)
 
 
 def _doubts(c: Code, e: Expr, done: Mapping[Expr, Value]) -> Iterator[Value]:
     """Bits that say that a truth is not known, since what makes it is not a number."""
-    if e.op in _COMPARED:
+    if e.op in COMPARED:
         a, b = (real(c, done[x].kept()) for x in e.args)
         yield c.emit(BIT, f"fcmp uno {a.type} {a.text}, {b.text}")
-    elif e.args[0].op is Op.SYMBOL and is_hidden(e.args[0]) and done[e.args[0]].type == REAL:
+    elif is_doubtful(e) and done[e.args[0]].type == REAL:
         yield done[e.args[0]].is_nan()
+
+
+def is_doubtful(e: Expr) -> bool:
+    """Whether a truth may be one that is not known."""
+    return e.op in COMPARED or (e.args[0].op is Op.SYMBOL and is_hidden(e.args[0]))
 
 
 def _constant(c: Code, value: float | bool) -> Value:
@@ -121,11 +126,11 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
     numbers = [real(c, x) for x in args]
     match e.op:
         case Op.DIV | Op.LESS | Op.LESS_EQUAL | Op.EQUAL:
-            return _BINARY[e.op](*numbers)
+            return BINARY[e.op](*numbers)
         case Op.POW:
             return _power(c, e.args[1], numbers)
         case Op.CALL:
-            return _call(c, e.data, numbers)
+            return call_function(c, e.data, numbers)
         case Op.PAST:
             frame = Value(c, POINTER, "%frame")
             delay, order = (c.constant(n, INT) for n in e.data)
@@ -155,12 +160,19 @@ def _choice(c: Code, args: list[Value]) -> Value:
 
 
 def _power(c: Code, exponent: Expr, numbers: list[Value]) -> Value:
+    n = whole_power(exponent)
+    if not n:
+        return c.call(REAL, "pow", *numbers)
+    product = _product(numbers[0], abs(n))
+    return product if n > 0 else c.constant(1.0, REAL) / product
+
+
+def whole_power(exponent: Expr) -> int:
+    """The power that is written as a product, or 0."""
     if exponent.is_const and float(exponent.data).is_integer():
         n = int(exponent.data)
-        if 0 < abs(n) <= LARGEST_PRODUCT:
-            product = _product(numbers[0], abs(n))
-            return product if n > 0 else c.constant(1.0, REAL) / product
-    return c.call(REAL, "pow", *numbers)
+        return n if abs(n) <= LARGEST_PRODUCT else 0
+    return 0
 
 
 def _product(x: Value, n: int) -> Value:
@@ -181,13 +193,13 @@ class _Functions:
         self.where = c.select
 
     def __getattr__(self, name: str) -> Callable[..., Value]:
-        return lambda *x: _call(self._c, name, [self._c.constant(a, REAL) for a in x])
+        return lambda *x: call_function(self._c, name, [self._c.constant(a, REAL) for a in x])
 
     def trunc(self, x: Value) -> Value:
         return self._c.call(REAL, _TRUNC, x)
 
 
-def _call(c: Code, function: str, a: list[Value]) -> Value:
+def call_function(c: Code, function: str, a: list[Value]) -> Value:
     row = elementary.TABLE[function]
     if row.in_native:
         return c.call(REAL, row.in_native, *a)

@@ -51,10 +51,12 @@ from planarc.codegen.native.rolling import (
     Roll,
     is_number,
     is_one,
+    repeats,
     roll,
     roll_gathered,
 )
-from planarc.ir.expr import Expr, Op, text
+from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
+from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
@@ -65,6 +67,8 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
+#: Lists whose statements are equal so often take less room as loops than spelled.
+REPEATED = 8
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -75,32 +79,39 @@ declare double @pc_external(i64, i64, i64, ptr)
 """
 
 
-def ir(program: Program, small: bool = False, shared: Rows | None = None) -> str:
+def ir(
+    program: Program, small: bool = False, shared: Rows | None = None,
+    speller: Speller | None = None,
+) -> str:  # fmt: skip
     """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
-    their rows, which have constants of their own without."""
+    their rows, which have constants of their own without; `speller`: of what runs seldom, which is
+    code without."""
     placement = place(program)
     reads = cache(partial(reads_of, program))
     slot = _slots(program)
     section = partial(_Section, program, placement, reads, slot, small=small, shared=shared)
+    seldom = partial(section, seldom=True, speller=speller)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
     functions = (
-        section("pc_parameters", seldom=True).text(program.parameters),
+        seldom("pc_parameters").text(program.parameters),
         section("pc_levels").levels(below, top),
         section("pc_rest").text(program.rest),
-        section("pc_initial", results=True, seldom=True).text(
-            program.initial, program.initial_residuals
-        ),
+        seldom("pc_initial", results=True).text(program.initial, program.initial_residuals),
         section("pc_zeros", results=True).text(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
-        section("pc_discrete", seldom=True).text(program.discrete),
+        seldom("pc_discrete").text(program.discrete),
+        "" if speller is None else speller.text(),
     )
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
 
 
-def slopes_ir(program: Program, slopes: Slopes, scope: Scope, shared: Rows | None = None) -> str:
+def slopes_ir(
+    program: Program, slopes: Slopes, scope: Scope, shared: Rows | None = None,
+    speller: Speller | None = None,
+) -> str:  # fmt: skip
     """The module of a program's derivatives: `pc_slopes_*` as `pc_initial`, and `pc_tape_*`
     (`planarc.ir.derivatives`); small and without the tape where rows are `shared`."""
     small = shared is not None
@@ -108,8 +119,9 @@ def slopes_ir(program: Program, slopes: Slopes, scope: Scope, shared: Rows | Non
     lets, taken, results = slopes.named(program.table)
     reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
     section = _Section(program, place(program), reads, _slots(program),
-                       f"pc_slopes_{scope.value}", True, True, small, shared)  # fmt: skip
-    return "\n".join((declarations() + _RUNTIME, tape, section.coefficients(lets, taken, results)))
+                       f"pc_slopes_{scope.value}", True, True, small, shared, speller)  # fmt: skip
+    told = declarations() + _RUNTIME + ("" if speller is None else DECLARED)
+    return "\n".join((told, tape, section.coefficients(lets, taken, results)))
 
 
 def _slots(program: Program) -> Callable[[Expr], int | None]:
@@ -129,8 +141,9 @@ class _Section:
         self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
         slot: Callable[[Expr], int | None], name: str, results: bool = False,
         seldom: bool = False, small: bool = False, shared: Rows | None = None,
+        speller: Speller | None = None,
     ) -> None:  # fmt: skip
-        self._seldom, self._small = seldom, small
+        self._seldom, self._small, self._speller = seldom, small, speller
         self._program, self._reads = program, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
@@ -230,6 +243,8 @@ class _Section:
     def _write(self, statements: Iterable[Statement], straight: bool = False) -> None:
         """`straight`: without loops."""
         listed = tuple(statements)
+        if self._is_spelled(listed):
+            return
         for s in listed if straight else self._rolled(listed):
             if isinstance(s, Let):
                 self._let(s)
@@ -242,16 +257,45 @@ class _Section:
                 self._solve(s)
 
     def _rolled(self, statements: Sequence[Statement]) -> Sequence[Statement | Roll]:
-        def home(e: Expr) -> int:
-            return 2 if e in self._results else int(self._slot(e) is not None)
-
         def place(e: Expr) -> Expr | int:
             slot = self._slot(e)
             return e if slot is None else slot
 
         if self._small:
-            return roll_gathered(statements, home, place)
-        return roll(statements, home, self._seldom)
+            return roll_gathered(statements, self._memory, place)
+        return roll(statements, self._memory, self._seldom)
+
+    def _memory(self, e: Expr) -> int:
+        """Tells memories apart."""
+        return 2 if e in self._results else int(self._slot(e) is not None)
+
+    def _is_spelled(self, listed: Sequence[Statement]) -> bool:
+        """Whether the statements became a row that is carried out."""
+        lets = [s for s in listed if isinstance(s, Let)]
+        if self._speller is None or not SHORTEST_SELDOM <= len(lets) == len(listed):
+            return False
+        loops, targets = self._loops, [let.target for let in lets]
+        if not is_spelled(lets) or not loops.has_room([tuple(targets)]):
+            return False
+        if repeats(lets, self._memory) > REPEATED:
+            return False
+        self._store({e: None for let in lets for e in postorder((let.value,)) if not e.args})
+        for e in targets:
+            self._values.pop(e, None)
+        loops.hold(e for e in targets if e not in self._results and self._slot(e) is None)
+        null = Value(self._code, POINTER, "null")
+        results = self._code.arguments[2] if self._results else null
+        numbers = [self._code.constant(n, INT) for n in self._speller.spell(lets, self._home)]
+        self._code.run("pc_carry_out", self._frame, self._time, results,
+                       loops.memory if loops.places else null, *numbers)  # fmt: skip
+        return True
+
+    def _home(self, e: Expr) -> tuple[Home, int]:
+        """Where a value is that is not in a register."""
+        if e in self._results:
+            return Home.RESULTS, self._results[e]
+        slot = self._slot(e)
+        return (Home.MEMORY, self._loops.places[e]) if slot is None else (Home.WORKSPACE, slot)
 
     # Values
 
@@ -316,7 +360,7 @@ class _Section:
             return True
         return any(self._reads()[e] > inside for e in column)
 
-    def _store(self, column: Column) -> None:
+    def _store(self, column: Iterable[Expr]) -> None:
         """Temporaries that are in registers into memory, for a loop that reads them."""
         for e in column:
             if e in self._values and self._slot(e) is None:

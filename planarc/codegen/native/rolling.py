@@ -112,7 +112,7 @@ def _gathered(
     lets: Sequence[Let], home: Callable[[Expr], int], place: Callable[[Expr], Hashable]
 ) -> Sequence[Statement | Roll]:
     known = _kinds(lets, home)
-    weights = [_operations(let) for let in lets]
+    weights = [operations(let) for let in lets]
     straight = roll(lets, home, seldom=True)
     best = _rolled_in(lets, known, range(len(lets)), weights)
     before, first = _before(lets, place), best
@@ -168,13 +168,14 @@ def _cost(listed: Sequence[Statement | Roll]) -> float:
     for s in listed:
         if isinstance(s, Roll):
             varied = sum(not is_one(column) for columns in s.leaves for column in columns)
-            total += sum(map(_operations, s.body)) + _LOOP + _ENTRY * varied * len(s.targets[0])
+            total += sum(map(operations, s.body)) + _LOOP + _ENTRY * varied * len(s.targets[0])
         elif isinstance(s, Let):
-            total += _operations(s)
+            total += operations(s)
     return total
 
 
-def _operations(let: Let) -> int:
+def operations(let: Let) -> int:
+    """About the instructions of a statement."""
     return 1 + sum(len(e.args) for e in below((let.value,)))
 
 
@@ -192,6 +193,13 @@ def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int]) -> _Kin
         kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
         leaves.append(found)
     return kinds, leaves
+
+
+def repeats(lets: Sequence[Let], home: Callable[[Expr], int]) -> float:
+    """How often the operations stand there that differ."""
+    numbers, _ = _kinds(lets, home)
+    differing = dict(zip(numbers, lets, strict=True)).values()
+    return sum(map(operations, lets)) / sum(map(operations, differing))
 
 
 def _rolled_in(
