@@ -103,9 +103,9 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     terminals = describe_terminals(program, shown)
     if terminals and wishes.version == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
-    modules = write_texts(
-        program, image, entries, token, tolerance, slopes, True, not wishes.source
-    )
+    # What people read is no list of numbers, nor what implicit steps ask for again and again.
+    spelled = not (wishes.source or wishes.stiff)
+    modules = write_texts(program, image, entries, token, tolerance, slopes, spelled=spelled)
     if wishes.source:
         sources = library_sources(program, modules, entries, wishes.version)
         if wishes.version == 3:

@@ -110,6 +110,16 @@ def test_what_is_carried_out_is_what_is_compiled(
     assert sizes[0] < sizes[1]
 
 
+def test_what_implicit_steps_ask_for_is_compiled(
+    four_bar: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+    for least in (0, 1 << 30):
+        monkeypatch.setattr(module, "_LARGE", least)
+        made.append(four_bar.export_fmu(tmp_path / "a.fmu", stiff=True).read_bytes())
+    assert made[0] == made[1]
+
+
 @runs_here
 def test_through_a_loop_they_are_limits_of_differences(tmp_path: Path) -> None:
     one = Exported(Model(Request(text=LOOP), Backend.NATIVE), tmp_path, 3, ("y", "z"))
