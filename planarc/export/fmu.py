@@ -98,7 +98,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         shown = with_dependencies(program, shown, slopes)
     draft = describe(program, shown, told)
     token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
-    text = describe(program, shown, replace(told, token=token))
+    key = "instantiationToken" if wishes.version == 3 else "guid"
+    text = draft.replace(f'{key}=""', f'{key}="{token}"', 1)
     files = {"modelDescription.xml": text.encode(), **documents(compiled, shown)}
     terminals = describe_terminals(program, shown)
     if terminals and wishes.version == 3:

@@ -46,6 +46,7 @@ from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
 from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import (
+    Jam,
     Own,
     Phase,
     Plan,
@@ -57,7 +58,7 @@ from planarc.export.plan import (
 )
 from planarc.export.pruned import calls_in, prune
 from planarc.export.text import text_constant
-from planarc.export.touches import jams, touch_functions
+from planarc.export.touches import touch_functions
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
@@ -308,7 +309,7 @@ def _asserts(program: Program) -> str:
         truth = bit(c, formula(c, assertion.condition, leaf))
         with c.when(~truth, leaves=True):
             c.give(i)
-    first = len(endings(program)) + len(jams(program)) + 1
+    first = len(endings(program)) + len(Jam) * len(Points(program).all) + 1
     for i, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):

@@ -22,7 +22,7 @@ Promises:  groups are equal in operations, exponents and functions, in which lea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import cache, partial
 from itertools import accumulate, groupby
 from typing import TypeAlias
@@ -112,10 +112,11 @@ def _gathered(
     lets: Sequence[Let], home: Callable[[Expr], int], place: Callable[[Expr], Hashable]
 ) -> Sequence[Statement | Roll]:
     known = _kinds(lets, home)
-    weights = [operations(let) for let in lets]
-    straight = roll(lets, home, seldom=True)
-    best = _rolled_in(lets, known, range(len(lets)), weights)
-    before, first = _before(lets, place), best
+    weight = {let: operations(let) for let in lets}
+    weights = [weight[let] for let in lets]
+    straight = _rolled_in(lets, known, range(len(lets)), [1] * len(lets))
+    first = best = _rolled_in(lets, known, range(len(lets)), weights)
+    least, before = _cost(best, weight), _before(lets, known[1], place)
     for fewest in _KEPT:
         units = _units(first, fewest)
         unit = [u for u, members in enumerate(units) for _ in members]
@@ -125,8 +126,10 @@ def _gathered(
             for u, members in enumerate(units)
         ]
         order = [i for u in gather(kinds, ahead) for i in units[u]]
-        best = min(best, _rolled_in(lets, known, order, weights), key=_cost)
-    return best if _cost(best) < _PART * _cost(straight) else straight
+        tried = _rolled_in(lets, known, order, weights)
+        if (cost := _cost(tried, weight)) < least:
+            best, least = tried, cost
+    return best if least < _PART * _cost(straight, weight) else straight
 
 
 def _units(listed: Sequence[Statement | Roll], fewest: int) -> list[range]:
@@ -143,15 +146,19 @@ def _units(listed: Sequence[Statement | Roll], fewest: int) -> list[range]:
     return units
 
 
-def _before(lets: Sequence[Let], place: Callable[[Expr], Hashable]) -> list[tuple[int, ...]]:
+def _before(
+    lets: Sequence[Let],
+    leaves: Sequence[tuple[Expr, ...]],
+    place: Callable[[Expr], Hashable],
+) -> list[tuple[int, ...]]:
     """The statements that each must stand behind: those that set what it reads or sets, and those
-    that read what it sets."""
+    that read what it sets. `leaves` are those of statements that others may equal."""
     known = cache(place)
     setters: dict[Hashable, int] = {}
     readers: dict[Hashable, list[int]] = {}
     found = []
     for i, let in enumerate(lets):
-        reads = [known(e) for e in below((let.value,)) if e.op in _LEAVES]
+        reads = [known(e) for e in leaves[i] or below((let.value,)) if e.op in _LEAVES]
         target = known(let.target)
         behind = [setters[p] for p in (*reads, target) if p in setters]
         found.append(tuple(dict.fromkeys((*behind, *readers.pop(target, ())))))
@@ -162,15 +169,16 @@ def _before(lets: Sequence[Let], place: Callable[[Expr], Hashable]) -> list[tupl
     return found
 
 
-def _cost(listed: Sequence[Statement | Roll]) -> float:
+def _cost(listed: Sequence[Statement | Roll], weight: Mapping[Let, int]) -> float:
     """About the instructions to compile."""
     total = 0.0
     for s in listed:
         if isinstance(s, Roll):
             varied = sum(not is_one(column) for columns in s.leaves for column in columns)
-            total += sum(map(operations, s.body)) + _LOOP + _ENTRY * varied * len(s.targets[0])
+            body = sum(weight[let] for let in s.body)
+            total += body + _LOOP + _ENTRY * varied * len(s.targets[0])
         elif isinstance(s, Let):
-            total += operations(s)
+            total += weight[s]
     return total
 
 
