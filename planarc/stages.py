@@ -65,8 +65,12 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
         return problem
     arrays = {n: n.rpartition("[")[0] or n for n in (v.name for v in dae.variables)}
     inputs = {n: array for n, array in arrays.items() if array in problem.imbalance.inputs}
-    over, under = explain_misfit(dae, find_misfit(dae, inputs), inputs)
-    told = (*over, *under) or explain_discretes(dae) or _lacking(dae, problem.imbalance.lack)
+    lack = problem.imbalance.lack
+    told = _lacking(dae, lack) if lack is not None and lack.component else ()
+    if not told:
+        misfit = find_misfit(dae, inputs, problem.imbalance.suspect)
+        over, under = explain_misfit(dae, misfit, inputs)
+        told = (*over, *under) or explain_discretes(dae) or _lacking(dae, lack)
     code, count = problem.diagnostics[0].code, Related(problem.imbalance.sizes, detail=True)
     found = [
         Miscounted(code, d.message, d.span, hint=d.hint, related=(*d.related, count)) for d in told

@@ -13,6 +13,9 @@ an input last. So a matching grows in that order, and what it leaves out is what
 Example: `motor.tau = 5` and `hinge.w = 2` for a hinge that a motor drives. The over-determined part
 holds some sixty equations; left out is `hinge.w = 2`, and its only rival is `motor.tau = 5`.
 
+The file is long because what a user means by equations too many has many forms; each is told by one
+short function, the first that fits.
+
 Reference: A. L. Dulmage, N. S. Mendelsohn, Canad. J. Math. 10, 1958, 517-534;
            P. Bunus, P. Fritzson, SIMULATION 80(7-8), 2004, 321-336 (explanations by the parts).
 """
@@ -26,7 +29,7 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
-from planarc.ir.dae import Dae, Equation, SetDiscrete, Variable
+from planarc.ir.dae import Dae, Equation, Kind, SetDiscrete, Variable
 from planarc.ir.expr import Op, postorder, text
 from planarc.structure.graph import Rows, columns_of
 from planarc.structure.matching import Matching, find_singular_parts, match_equations
@@ -46,23 +49,39 @@ class Misfit(Data):
     over: tuple[Equation, ...] = ()  # all of the part with too many
 
 
-def find_misfit(dae: Dae, inputs: Collection[str] = ()) -> Misfit:
-    """Equations and unknowns that are left without a partner. `inputs` are connected to nothing."""
+def find_misfit(dae: Dae, inputs: Collection[str] = (), suspect: str | None = None) -> Misfit:
+    """Equations and unknowns that are left without a partner. `inputs` are connected to nothing;
+    `suspect` is the component whose class has too many equations by itself."""
     number = {v.name: i for i, v in enumerate(dae.variables)}
     rows = [_unknowns(equation, number) for equation in dae.equations]
     ranks = [2 if is_own(dae, e) else 1 if e.generated else 0 for e in dae.equations]
+    suspects = _suspects(dae, suspect) if suspect else frozenset()
+    ranks = [3 if e in suspects else r for e, r in zip(dae.equations, ranks, strict=True)]
     matching = _grown(rows, len(number), ranks)
     parts = find_singular_parts(rows, len(number), matching)
     ranks = _ranks_of_unknowns(dae, inputs)
     free = _grown(columns_of(rows, len(number)), len(rows), ranks).exposed
     too_many = tuple(dae.equations[e] for e in matching.exposed)
+    own = _own(dae, parts.over_equations)
+    own = tuple(e for e in own if e in suspects) or own
     return Misfit(
         too_many,
-        _closest(_own(dae, parts.over_equations), too_many),
+        _closest(own, too_many),
         tuple(dae.variables[v].name for v in free),
         _own(dae, parts.under_equations),
         tuple(dae.equations[e] for e in parts.over_equations),
     )
+
+
+def _suspects(dae: Dae, component: str) -> frozenset[Equation]:
+    """The user's equations of a component, but for those that it shares with other classes, if it
+    has others."""
+    classes = {part.name: part.class_name for part in dae.parts}
+    cls = classes.get(component)
+    inside = [e for e in dae.equations if f"{e.component}.".startswith(f"{component}.")]
+    own = frozenset(e for e in inside if is_own(dae, e))
+    shared = {e.span for e in dae.equations if classes.get(e.component) != cls}
+    return frozenset(e for e in own if e.span not in shared) or own
 
 
 def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[Equation, ...]:
@@ -107,6 +126,8 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         return held
     if (given := _given_parameters(dae, misfit.too_many)) is not None:
         return given
+    if (moving := _given_what_moves(dae, rivals)) is not None:
+        return moving
     if len(rivals) == 1:
         shown = rivals[0].shown
         if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
@@ -114,6 +135,16 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
                 f"`{' '.join(rivals[0].span.text.split())}`"  # of constants only values are left
             )
         message = f"{shown} is one equation too many: what it names is decided without it"
+        if (joined := _connected(dae, misfit)) is not None:
+            name, connection = joined
+            said = " ".join(connection.span.text.split())
+            return Diagnostic(
+                "S302",
+                f"{shown} is one equation too many: `{said}` decides `{name}`",
+                rivals[0].span,
+                hint="remove one of the two",
+                related=(Related(f"`{name}` is connected here", connection.span),),
+            )
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
@@ -139,6 +170,42 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         hint = f"remove {several}, or free what they decide"
     hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _connected(dae: Dae, misfit: Misfit) -> tuple[str, Equation] | None:
+    """The variable that an equation gives although a connection of the same part makes it equal to
+    another one, and that connection."""
+    (own,) = misfit.rivals
+    for side in (s for s in (own.left, own.right) if s.is_symbol and not s.order):
+        for other in misfit.over:
+            ends = [e for e in (other.left, other.right) if e.is_symbol]
+            if other.generated and side in ends and places.is_own(dae, other.span):
+                return side.name, other
+    return None
+
+
+def _given_what_moves(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None:
+    """The message about a variable that changes at events only, and is given what moves."""
+    discrete = {v.name: v for v in dae.discretes}
+    moving = {v.name for v in dae.variables}
+    for equation in rivals:
+        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
+            variable = discrete.get(side.name) if side.is_symbol else None
+            names = [e.name for e in postorder((other,)) if e.is_symbol and e.name in moving]
+            if variable is None or not names:
+                continue
+            hint = f"write a `when` that sets it, or declare `{side.name}` without `discrete`"
+            if variable.kind is Kind.INTEGER:
+                hint = f"write `{side.name} = integer({text(other)})`, which rounds down, or "
+                hint += "declare it Real"
+            return Diagnostic(
+                "S302",
+                f"`{side.name}` changes at events only, and {both(dict.fromkeys(names))} moves all "
+                f"the while: {equation.shown} cannot hold",
+                equation.span,
+                hint=hint,
+            )
+    return None
 
 
 def _held_though_it_moves(dae: Dae, misfit: Misfit) -> Diagnostic | None:
@@ -224,11 +291,17 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
             if givers:
                 return f"remove it: `{givers[0]}` drives `{owner}`, which decides `{side.name}`"
             driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
-            if value.op is Op.CONST and not side.order:
+            if value.op is Op.CONST and not side.order and _is_moved(dae, side.name):
                 start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
                 return f"to begin there, write {start}; to drive the joint, {driven}"
             return f"to drive the joint, remove the equation: {driven}"
     return None
+
+
+def _is_moved(dae: Dae, name: str) -> bool:
+    """Whether a variable has a derivative."""
+    sides = [side for e in dae.equations for side in (e.left, e.right)]
+    return any(e.op is Op.SYMBOL and e.data == (name, 1) for e in postorder(sides))
 
 
 def explain_lack(

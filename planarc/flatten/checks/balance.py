@@ -48,12 +48,13 @@ class Lack(Data):
 
 class Imbalance(Data):
     """The message by counting; inputs that nothing is connected to; the count as a clause; the
-    component that lacks equations, where it is one."""
+    component that lacks equations, and the one that has too many, where it is one."""
 
     problem: Diagnostic
     inputs: tuple[str, ...]
     sizes: str
     lack: Lack | None = None
+    suspect: str | None = None
 
 
 #: Equations less unknowns of each component, scalars each.
@@ -147,7 +148,10 @@ def check_balance(
             and not any(n.startswith(f"{i.name}.") for n in used)
         )
         lack = _lack(off[0], -excess[off[0].prefix or ""], leaves.values(), free)
-    return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack)
+    suspect = None
+    if len(kinds) == 1 and excess[off[0].prefix or ""] > 0:
+        suspect = off[0].prefix or None
+    return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack, suspect)
 
 
 def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf], free: tuple[str, ...]) -> Lack:

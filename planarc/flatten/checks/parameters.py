@@ -68,14 +68,17 @@ def _warn(leaf: Leaf, session: Session) -> None:
 
 
 def _place(leaf: Leaf, session: Session) -> tuple[Span, str]:
-    """The innermost declaration in the user's text at which a value can be given, and how."""
+    """The innermost declaration in the user's text at which a value can be given, and how: that
+    of a part, where the parameter belongs to one."""
     files = session.library.user_files()
     own = f"{leaf.element.name} = ..."
-    span, value, owner = leaf.span, own, leaf.parent
-    while span.source.name not in files and owner.element is not None and owner.parent is not None:
+    found, value, owner = (leaf.span, own), own, leaf.parent
+    while owner.element is not None and owner.parent is not None:
         value, span = f"{owner.element.name}({value})", owner.element.definition.span
         owner = owner.parent
-    return (span, value) if span.source.name in files else (leaf.span, own)
+        if span.source.name in files:
+            return span, value
+    return found
 
 
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)

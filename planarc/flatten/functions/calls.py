@@ -12,8 +12,9 @@ Reference: Modelica Language Specification 3.6, sections 8.3.6 to 8.3.8 and 12.3
 from __future__ import annotations
 
 from planarc.core.diagnostic import error
+from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import counted
+from planarc.core.prose import counted, ticked
 from planarc.core.source import Span
 from planarc.flatten.functions import call_arguments, constructors
 from planarc.flatten.functions.values import call_of_argument, function_class
@@ -179,11 +180,21 @@ def _arguments(
     found += [None] * (len(names) - len(found))
     for named in call.named:
         if named.name not in names:
-            raise error("F290", f"`{call.function}` has no argument `{named.name}`", named.span)
+            message = f"`{call.function}` has no argument `{named.name}`"
+            raise error("F290", message, named.span, hint=_arguments_meant(call, named, names))
         found[names.index(named.name)] = named.value
     if any(value is None for value in found[:least]):
         raise error("F290", f"`{call.function}` takes at least {least} arguments", call.span)
     return found
+
+
+def _arguments_meant(
+    call: syntax.Call, named: syntax.NamedArgument, names: tuple[str, ...]
+) -> Meant | str:
+    """What a user means by an argument of another name; of one that is alone, by an equation."""
+    if not call.arguments and len(call.named) == 1 < len(names):
+        return f"write `{call.function}({named.name}, {named.value.span.text})`"
+    return did_you_mean(named.name, names) or f"its arguments are {ticked(names)}"
 
 
 def type_assert(call: syntax.Call, env: Env) -> tuple[flat.Assert, ...]:

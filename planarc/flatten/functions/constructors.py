@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from planarc.core.diagnostic import error
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import counted, listed
+from planarc.core.prose import counted, ticked
 from planarc.flatten.functions.variables import record_type
 from planarc.flatten.terms.conform import expect
 from planarc.flatten.tree import lookup, redeclare
@@ -29,14 +29,15 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
     ]
     if len(node.arguments) > len(names):
         message = f"`{cls.name}` has {counted(len(names), 'field')}, not {len(node.arguments)}"
-        hint = f"give {listed([f'`{n}`' for n in names])}" if names else None
+        hint = f"its fields are {ticked(names)}" if names else None
         raise error("F290", message, node.span, hint=hint)
     for name, argument in zip(names, node.arguments, strict=False):
         values[name] = env.typed(argument)
     for named in node.named:
         if named.name not in names:
             message = f"the record `{cls.name}` has no field `{named.name}`"
-            raise error("F290", message, named.span, hint=did_you_mean(named.name, names))
+            hint = did_you_mean(named.name, names) or f"its fields are {ticked(names)}"
+            raise error("F290", message, named.span, hint=hint)
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)
         values[named.name] = env.typed(named.value)

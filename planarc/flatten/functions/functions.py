@@ -212,7 +212,9 @@ def function_body(
     for index, part in enumerate(instance.layout.parts):
         for section in part.definition.sections:
             if isinstance(section, syntax.EquationSection):
-                raise error("F298", "a function cannot have equations", section.span)
+                hint = "write `algorithm` for `equation`, and `:=` for the `=` of its statements"
+                message = "a function cannot have equations"
+                raise error("F298", message, section.span, hint=hint)
             if section.initial:
                 message = "a function cannot have an initial algorithm"
                 raise error("F298", message, section.span)

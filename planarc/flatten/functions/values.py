@@ -32,6 +32,7 @@ _OTHERWISE = {
         for f in ("sin", "cos", "tan")
     },
     **dict.fromkeys(("norm", "magnitude"), "write `sqrt(x*x)` for the length of a vector x"),
+    "experiment": "write `annotation(experiment(...));`",
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }
 

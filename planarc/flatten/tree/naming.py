@@ -149,10 +149,30 @@ def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -
     if name in _OF_VARIABLES and beside and beside[1] in members:
         told = f"it belongs to a variable: write it inside of `{beside[1]}(...)`"
         return error("F222", message, span, hint=told)
+    number = span and re.search(r"=\s*([-+.\d{][^=]*)$", span.text)
+    near = did_you_mean(name, members)
+    meant = _started(name, members)
+    if number and meant and (near is None or near.names[0] == meant):
+        value = number[1].strip()
+        told = f"write `{meant}(start={value}, fixed=true)` for a value at the start"
+        return error("F222", message, span, hint=told)
     values = span is None or re.search(r"\b(start|fixed)\s*=", span.text) is None
-    hint = did_you_mean(name, members) or _offered(members, values)
+    hint = near or _offered(members, values)
     return error("F222", message, span, hint=hint)
 
+
+def _started(name: str, members: Members) -> str | None:
+    """The variable whose start others set by a parameter such as `phi_start` or `w0`."""
+    for form in _STARTS:
+        found = re.fullmatch(form, name)
+        declared = members.get(found[1], (0, None))[1] if found else None
+        if found and isinstance(declared, syntax.Component):
+            moves = declared.variability is syntax.Variability.CONTINUOUS
+            return found[1] if moves else None
+    return None
+
+
+_STARTS = (r"(\w+?)_?(?:start|init|initial|0)", r"(?:start|init|initial)_(\w+)")
 
 _OF_VARIABLES = frozenset(("fixed", "start", "min", "max", "nominal", "stateSelect", "unit"))
 

@@ -89,6 +89,8 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         hint = "write an equation for the unknown: `A*x = b` solves for the vector `x`"
     elif op == "/" and right.type.dims:
         hint = "write `./` to divide entry by entry"
+    if op == "^" and left.type.dims:
+        hint = "write `.^` for the power of each entry"
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"

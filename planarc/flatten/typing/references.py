@@ -21,7 +21,7 @@ from typing import TypeAlias
 from msgspec import Struct
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
 from planarc.core.prose import counted, listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import NotThere, OutOfRange, unknown_value, unsupported
@@ -128,14 +128,17 @@ def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, en
         definition = element.definition
         assert isinstance(definition, syntax.Component)
         if definition.variability is not syntax.Variability.CONSTANT:
-            raise error(
+            outer = instance.cls.name
+            told = Once(
                 "F217",
-                f"`{part.name}` belongs to the enclosing class `{instance.cls.name}` "
-                "and is no constant",
+                f"`{part.name}` belongs to the enclosing class `{outer}` and is no constant",
                 ref.span,
-                related=[Related("declared here", definition.span)],
-                hint="hand it in as a parameter, or bind it to an input of the function",
+                hint=f"give the function an input for it, and for all else of `{outer}` that it "
+                "needs",
+                related=(Related("declared here", definition.span),),
+                kind=f"{env.scope.instance.cls.name} in {outer}",
             )
+            raise PlanarcError(told)
     return select(node_of(element), part.subscripts, env, ref)
 
 

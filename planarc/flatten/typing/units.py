@@ -62,9 +62,10 @@ class Checker(Struct):
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
     def agree(self, what: str, a: Known, b: Known, span: Span) -> Known:
-        """The unit that both have; a certain difference is reported."""
+        """The unit that both have; a certain difference is reported, once: then it is not known."""
         if a is not None and b is not None and not _agree(a, b):
             self.report(what, a, b, span)
+            return None
         return a if a is not None else b
 
     # Expressions ------------------------------------------------------------------------

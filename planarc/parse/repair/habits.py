@@ -325,11 +325,14 @@ def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic |
 
 
 def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `parameter Real m = 1 (unit="kg")`."""
+    """Explain `parameter Real m = 1 (unit="kg")`, with parentheses or without."""
     following = [t.type for t in trouble.tokens[trouble.at : trouble.at + 4]]
+    bare = trouble.token.text in _ATTRIBUTES and following[1:2] == ["EQUAL"]
     if "EACH" in following[1:2]:
         del following[1]
-    if following[:3] != ["LPAR", "IDENT", "EQUAL"] or trouble.open_bracket is not None:
+    if not bare and following[:3] != ["LPAR", "IDENT", "EQUAL"]:
+        return None
+    if trouble.open_bracket is not None:
         return None
     since = trouble.tokens[trouble.begin : trouble.at]
     if "EQUAL" not in (t.type for t in since):
@@ -337,8 +340,12 @@ def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnosti
     pairs = [(a.text, b.type) for a, b in pairwise(since) if a.type == "IDENT"]
     names = [name for name, after in pairs if after in ("EQUAL", "LSQB")] or ["x"]
     message = "modifiers stand before the value"
-    hint = f"write them behind the name: `{names[-1]}(...) = ...`"
+    inside = f"{trouble.token.text}=..." if bare else "..."
+    hint = f"write them behind the name: `{names[-1]}({inside}) = ...`"
     return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
+_ATTRIBUTES = frozenset(("unit", "displayUnit", "start", "fixed", "min", "max", "nominal"))
 
 
 def _row_of_spaces(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:

@@ -190,7 +190,8 @@ def _separator(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         hint = "write `[1, 2; 3, 4]` or `{{1, 2}, {3, 4}}` for a matrix, `,` in a vector"
         return Once("P101", message, trouble.token.span, hint=hint, kind=f"row {opened.span.start}")
     message = "`;` cannot stand in parentheses: arguments are separated by `,`"
-    return instead(message, trouble.token.span, ",")
+    kind = f"arguments {opened.span.start if opened else trouble.begin}"
+    return Once("P101", message, trouble.token.span, hint="write `,`", mend=Write(","), kind=kind)
 
 
 def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
