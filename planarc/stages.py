@@ -207,7 +207,7 @@ def _held_too_often(
     where it is those of one loop, this alone is said."""
     if mechanism is None:
         return tuple(found)
-    from planarc.insight.misfit import held_twice, overheld, rigid_ring
+    from planarc.insight.misfit import held_twice, overdriven, overheld, rigid_ring
     from planarc.structure.report import Held, Overdone, Repeated
 
     first = found[0]
@@ -224,7 +224,9 @@ def _held_too_often(
         driven = f"{locked.message}, so that nothing can be driven"
         return (replace(first, message=driven, hint=locked.hint, related=told), *found[1:])
     if mechanism.mobility >= 0:
-        return tuple(found)
+        holders = first.holders if isinstance(first, Overdone) else ()
+        drives = overdriven(dae, mechanism, holders)
+        return (Diagnostic(first.code, *drives[:2], hint=drives[2]),) if drives else tuple(found)
     from planarc.insight.facts import count_text
 
     known = f"{found[0].hint};" if twice or isinstance(first, Held) else ""

@@ -21,7 +21,7 @@ from itertools import combinations
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, Severity
 from planarc.core.disjoint import DisjointSets
-from planarc.core.prose import be, listed, shortened
+from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
@@ -45,7 +45,7 @@ class Group(Data):
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
     """Warnings of what a user may not have meant, though the equations fit."""
     groups = find_floating(dae, mechanism)
-    floating = (_floats(dae, group) for group in groups if not _is_flown(dae, group))
+    floating = (_floats(dae, mechanism, group) for group in groups if not _is_flown(dae, group))
     return (*floating, *idle_parts(dae, mechanism))
 
 
@@ -54,7 +54,7 @@ def attachment_error(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
     joints = {joint.name for joint in mechanism.joints}
     for group in find_floating(dae, mechanism):
         if joints.intersection(group.components):
-            return _unheld(dae, group, joints, Severity.ERROR)
+            return _unheld(dae, mechanism, group, joints, Severity.ERROR)
     return None
 
 
@@ -99,9 +99,9 @@ def _is_flown(dae: Dae, group: Group) -> bool:
     return not {v.component for v in meant}.isdisjoint(group.components)
 
 
-def _floats(dae: Dae, group: Group) -> Diagnostic:
+def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
     if len({_part(c) for c in group.components}) > 1:
-        return _unheld(dae, group, set(group.components), Severity.WARNING)
+        return _unheld(dae, mechanism, group, set(group.components), Severity.WARNING)
     name = _part(group.components[0])
     return Diagnostic(
         "S320",
@@ -112,7 +112,9 @@ def _floats(dae: Dae, group: Group) -> Diagnostic:
     )
 
 
-def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -> Diagnostic:
+def _unheld(
+    dae: Dae, mechanism: Mechanism, group: Group, joints: Iterable[str], severity: Severity
+) -> Diagnostic:
     known = set(joints)
     ends = [f for f in group.open if owner(f) in known] or list(group.open)
     components = [c for c in group.components if c]  # connectors of the model are in none
@@ -120,12 +122,25 @@ def _unheld(dae: Dae, group: Group, joints: Iterable[str], severity: Severity) -
     parts = shortened([f"`{n}`" for n in names], _SHOWN)
     ends = [f for f in ends if f.count(".") == 1] or ends
     message = f"nothing joins {parts} to the ground"
+    beside = () if ends else _open_beside(dae, mechanism, group)
+    if beside:
+        hint = f"connect `{beside[0]}` to {'one of them' if len(names) > 1 else parts}"
+        message += f", and `{beside[0]}` is connected to nothing"
+        return Loose("S321", message, place(dae, _part(beside[0])), severity, hint=hint)
     if ends:
         shown = shortened([f"`{f}`" for f in ends], _SHOWN)
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
     return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
+
+
+def _open_beside(dae: Dae, mechanism: Mechanism, group: Group) -> tuple[str, ...]:
+    """The frames of the model's other joints to which nothing is connected."""
+    connected = {frame for names in dae.connections if len(names) > 1 for frame in names}
+    others = (j for j in mechanism.joints if j.name not in group.components)
+    frames = (f for joint in others for f in joint.frames if f.count(".") == 1)
+    return tuple(f for f in frames if f not in connected)
 
 
 def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
@@ -144,17 +159,33 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         if rigid:
             hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
+    pair = _pair(mechanism)
+    if pair:
+        hint = f"{both(pair)} join the same two parts, which holds these together: leave one of "
+        hint += "the two out, or put a joint between parts that are connected without one"
     return Locked(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
-        place(dae, _part(welds[0][0] if welds else mechanism.joints[-1].name)),
+        place(dae, _part((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),
         Severity.WARNING,
         hint=hint,
         related=tuple(
             Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
-            for a, b in welds[:3]
+            for a, b in (() if pair else welds[:3])
         ),
     )
+
+
+def _pair(mechanism: Mechanism) -> tuple[str, ...]:
+    """Two joints between the same two moving parts, if there are such."""
+    seen: dict[frozenset[int], str] = {}
+    for joint in mechanism.joints:
+        links = frozenset(joint.links)
+        if joint.conditions == 2 and len(links) == 2 and GROUND not in links:
+            if links in seen:
+                return _part(seen[links]), _part(joint.name)
+            seen[links] = joint.name
+    return ()
 
 
 def _rigid_loop(mechanism: Mechanism) -> tuple[str, ...]:

@@ -83,9 +83,10 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
         found for joint in mechanism.joints if (found := find_loop(mechanism, joint)) is not None
     ]
     for joints in sorted(loops, key=len):
-        links = sorted({i for joint in joints for i in joint.links} - {GROUND})
+        around = {i for joint in joints for i in joint.links}
+        links = sorted(around - {GROUND})
         held = sum(joint.conditions for joint in joints)
-        free = sum(mechanism.links[i].free for i in links)
+        free = sum(mechanism.links[i].free for i in links) - (0 if GROUND in around else _PLANE)
         if held > free:
             names = dict.fromkeys(joint.name.partition(".")[0] for joint in joints)
             parts = dict.fromkeys(mechanism.links[i].name.partition(".")[0] for i in links)
@@ -96,6 +97,26 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
                 place(dae, last.partition(".")[0]),
             )
     return None
+
+
+_PLANE = 3  # motions in the plane, which the parts of a loop share
+
+
+def overdriven(
+    dae: Dae, mechanism: Mechanism, holders: Collection[str]
+) -> tuple[str, Span | None, str] | None:
+    """A sentence about several drives of one loop among components that hold too much, the place of
+    the last one, and what to do."""
+    giving = {d.component for d in dae.declared if d.name == "suppliedPower"}
+    drives = [name for name in own_names(dae, holders) if name in giving]
+    moved = [find_loop(mechanism, j) for j in mechanism.joints if j.name in holders]
+    joints = own_names(dae, (j.name for loop in moved for j in loop or ()))
+    if len(drives) < 2 or not joints:
+        return None
+    loop = listed(f"`{name}`" for name in joints)
+    message = f"{both(drives)} drive one loop, that of {loop}: what one of them gives decides the "
+    message += "motion of all"
+    return message, place(dae, drives[-1].partition(".")[0]), "remove one of the drives"
 
 
 def rigid_ring(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:
@@ -200,13 +221,14 @@ def _is_hidden(dae: Dae, frame: str) -> bool:
 
 
 def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
-    ends = [name for name in find_connectors(v.name for v in dae.variables) if owner(name) == joint]
+    ends = [name for name in find_frames(v.name for v in dae.variables) if owner(name) == joint]
     together = next((c for c in dae.connections if len({*ends}.intersection(c)) > 1), ())
     parts = own_names(dae, _bridge(dae, mechanism, joint))
     by = listed([f"`{part}`" for part in parts[:_SHOWN]]) or "rigid parts"
     how = f"by {by} around it"
     if together:
-        how = f"since {listed(f'`{name}`' for name in together)} are all connected"
+        outside = [name for name in together if name.count(".") < 2] or together
+        how = f"since {listed(f'`{name}`' for name in outside)} are all connected"
     return Diagnostic(
         "S303",
         f"`{joint}` cannot move: {listed(f'`{end}`' for end in ends)} are held together, {how}",
@@ -239,6 +261,7 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     names = find_connectors(v.name for v in dae.variables)
     inside = {owner(name) for name in names}  # a part with a flange and variables as those of one
     ends = [n for n in names if owner(n) in parts and n not in connected and n not in inside]
+    ends = [n for n in ends if not _is_hidden(dae, n)] or ends
     if not ends:
         return None
     shown = shortened([f"`{name}`" for name in ends], _SHOWN)

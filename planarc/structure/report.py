@@ -46,6 +46,8 @@ class Held(Diagnostic):
 class Overdone(Diagnostic):
     """More equations than unknowns decide these."""
 
+    holders: tuple[str, ...] = ()  # the components whose equations they are
+
 
 class StructurallySingular(PlanarcError):
     """Equations and unknowns cannot be matched (S301 to S303)."""
@@ -94,6 +96,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         if part is None:
             found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
             found = _between_parts(dae, entry, equation) or found
+            found = _of_open_end(dae, equation, left_over) or found
             wrong.append(point_home(dae, found, equation.component))
             continue
         reached = _driven_by(dae, part)
@@ -106,6 +109,22 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         problem = StructurallySingular([*wrong, *_held_already(dae, held)])
         problem.givers = tuple(givers)
         raise problem
+
+
+def _of_open_end(dae: Dae, equation: Equation, left_over: str) -> Diagnostic | None:
+    """The message about a connector that is connected to nothing, though its part needs it: what
+    flows there would be zero."""
+    end = owner(equation.left.name) if equation.generated and equation.left.is_symbol else ""
+    part = own_part(dae, owner(end))
+    if part is None or part.name != owner(end) or is_own(dae, equation.span):
+        return None
+    return Diagnostic(
+        "S301",
+        f"nothing is connected to `{end}`, which `{part.name}` needs: without it its equations "
+        f"come to {left_over}",
+        part.span,
+        hint=f"connect `{end}`, or switch it off in `{part.name}`",
+    )
 
 
 def _between_parts(dae: Dae, entry: Live, equation: Equation) -> Diagnostic | None:
@@ -170,7 +189,8 @@ def _open_beside(dae: Dae, part: Part) -> tuple[str, str, str] | None:
     for ends in connected:
         for end in (e for e in ends if owner(e) == part.name):
             for other in (o for o in ends if owner(o) and owner(o) != part.name):
-                beside = (e for e in _ends(dae, owner(other)) if e != other)
+                ends_there = _ends(dae, owner(other))
+                beside = (e for e in ends_there if e != other and other in ends_there)
                 inside = f"{owner(other)}."
                 outer = [ends for ends in connected if any(not e.startswith(inside) for e in ends)]
                 free = [e for e in beside if not any(e in ends for ends in outer)]
@@ -241,6 +261,7 @@ def _over(
         owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
         hint=f"remove {'one' if surplus == 1 else surplus} of {what}",
         related=_listed(chosen),
+        holders=tuple(dict.fromkeys(e.component for e in chosen if e.component)),
     )
 
 
@@ -263,6 +284,8 @@ def _under(
         Related(f"{e.shown} says nothing new: it follows from other equations", _span(e))
         for e in redundant[:_LISTED]
     )
+    if (twice := _said_twice(dae, redundant, names)) is not None:
+        return twice
     ungrounded = find_ungrounded(dae, names) if redundant else None
     if ungrounded is not None:
         return ungrounded
@@ -272,6 +295,23 @@ def _under(
     return Diagnostic(
         "S303", head, owner_span(dae, names[0]), hint=_hint(dae, names), related=related
     )
+
+
+def _said_twice(dae: Dae, redundant: Sequence[Equation], names: Sequence[str]) -> Diagnostic | None:
+    """The message about two equations of the user's that are the same."""
+    own = [e for e in dae.equations if not e.generated and is_own(dae, e.span)]
+    for again in (e for e in redundant if e in own):
+        first = next((e for e in own if {e.left, e.right} == {again.left, again.right}), again)
+        if first is not again:
+            return Diagnostic(
+                "S303",
+                f"{first.shown} and {again.shown} say the same, and nothing determines "
+                f"{_names(names)}",
+                _span(again),
+                hint="write another equation in the place of one of them",
+                related=(Related(f"{first.shown} stands here", _span(first)),),
+            )
+    return None
 
 
 def _repeated(names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic:

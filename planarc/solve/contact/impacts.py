@@ -99,9 +99,7 @@ class Impacts:
         deepest, self._begins = MORE * np.minimum(before["low"], 0.0) - least, False
         deep = np.flatnonzero((before["held"] == 0) & (gap < deepest))
         if len(deep):
-            return [], messages.overlap(
-                self._touches, int(deep[0]), f"{-float(gap[deep[0]]):.3g}", t
-            )
+            return [], messages.overlapping(self._touches, int(deep[0]), gap, t)
         moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
         before["held"][speed > MOVES + MOVED * moves] = 0.0
         held = before["held"] != 0

@@ -6,8 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
+from planarc.ir.mechanism import GROUND
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
 from planarc.solve.contact.bodies import bodies, fixed_together
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
 #: Impulses below this part of the largest at an instant are rounding.
 FELT = 1e-12
 
-_HALF_PLANE = "PlanarMultiBody.Contacts.HalfPlane"
+_CONTOURS = "PlanarMultiBody.Contacts."
 _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 
@@ -82,8 +85,14 @@ def _found(touches: Points, i: int, code: str, message: str, hint: str) -> Diagn
     return Diagnostic(code, message, part.span if part else touches.all[i].span, hint=hint)
 
 
+def overlapping(touches: Touches, i: int, gaps: Vector, t: float) -> Diagnostic:
+    """The refusal of a start at which the contours of a touch are in each other."""
+    found = overlap(touches, i, f"{-float(gaps[i]):.3g}", t)
+    return replace(found, hint=f"{found.hint}{_meant(touches, i, gaps)}")
+
+
 def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
-    """`depth` is a number as it is told."""
+    """The same where no values are known; `depth` is a number as it is told."""
     what = _met(touches, i) or "its two sides"
     message = f"{what} overlap by {depth} m in {named(touches, i)} at t = {t:.6g} s"
     hint = "start the bodies apart, or exactly where they touch"
@@ -103,15 +112,42 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
         if f"{way.rpartition('.')[0]}.R" in parameters:
             message += f" at the radius `{way.rpartition('.')[0]}.R`"
         hint = f"start between the stops, or give `{end}` a {other} value"
-    planes = {p.name for p in touches.program.parts if p.class_name == _HALF_PLANE}
-    contact = found[1] if (found := _POINT.match(name)) else name
-    if plane := next((p for n in "12" if (p := f"{contact}.contour{n}") in planes), ""):
-        hint += f"; if they should meet from the other side, turn `{plane}` round: what lies to "
-        hint += "the right of its `angle` is solid"
     if open_curves:
         curve = open_curves[-1].removeprefix(f"{name}.")
         hint += f"; if they should be on the other side, set `{name}({curve}(switchSide=true))`"
     return _found(touches, i, "R480", message, hint)
+
+
+def _meant(touches: Touches, i: int, gaps: Vector) -> str:
+    """What else may be wrong with a contact: a half plane that moves over the ground, or a contour
+    that has the whole of the other one inside; empty where the two only overlap a little."""
+    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+    contact = found[1] if (found := _POINT.match(name)) else name
+    program, w = touches.program, touches.kernel.w
+    classes = {p.name: p.class_name.removeprefix(_CONTOURS) for p in program.parts}
+    radii = {p.name: w[p.slot] for p in program.parameter_slots if p.name.endswith(".radius")}
+    ground = program.mechanism.links[GROUND].frames if program.mechanism else ()
+    nearest = max(
+        g for t, g in zip(touches.all, gaps, strict=True) if t.name.startswith(f"{contact}.")
+    )
+    for n, end, far in ((2, "b", "a"), (1, "a", "b")):
+        solid = f"{contact}.contour{n}"
+        kind, moves, still = classes.get(solid), f"{contact}.frame_{end}", f"{contact}.frame_{far}"
+        if kind == "HalfPlane" and moves not in ground and still in ground:
+            return (
+                f"; `{solid}` moves with `{moves}`: if it is to stand still, exchange that with "
+                f"`{still}`"
+            )
+        if nearest > -2 * radii.get(f"{contact}.contour{3 - n}.radius", 0.0):
+            continue
+        if kind == "HalfPlane":
+            return (
+                f"; if they should meet from the other side, turn `{solid}` round: what lies to "
+                "the right of its `angle` is solid"
+            )
+        if kind == "Circle":
+            return f"; if one should be inside of the other, set `{solid}(inside=true)`"
+    return ""
 
 
 def _beyond(program: Program, name: str) -> tuple[str, str, str] | None:

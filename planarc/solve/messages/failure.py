@@ -16,7 +16,13 @@ from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import given_in_loop, is_closed, joints_of, loop_names
+from planarc.solve.messages.loops import (
+    SPEEDS,
+    given_in_loop,
+    is_closed,
+    joints_of,
+    loop_names,
+)
 from planarc.solve.solvers.integrator import Cause
 
 
@@ -278,6 +284,14 @@ def _block(
         given = given_in_loop(program, kernel, _joints_of(program, block))
         message += f" with {given}" if given else ""
         found = replace(found, message=message, hint=advice)
+    elif around and program.blocks[block].height:
+        speed = given_in_loop(program, kernel, _parts_of_loop(program, block), SPEEDS)
+        message = f"{place} the loop of {around} cannot be closed any further with {speed}"
+        advice = (
+            "it is jammed here, as its parts do not reach where this leads: end the run before, "
+        )
+        advice += "or change lengths"
+        found = replace(found, message=message, hint=place.hint(advice)) if speed else found
     return point_home(program, found, worst[0][1].component if worst else "")
 
 
@@ -292,13 +306,17 @@ def unsolved_block(program: Program, block: int) -> str:
 
 def _loop_around(program: Program, block: int) -> str:
     """The loop, in words, in which the equations of a block stand; nothing where it is in none."""
-    code = program.blocks[block] if 0 <= block < len(program.blocks) else None
-    if code is None:
-        return ""
-    parts = list(dict.fromkeys(program.equations[e].component for e in code.equations))
-    if not is_closed(program, parts):
-        parts = joints_of(program, parts)
+    parts = _parts_of_loop(program, block)
     return loop_names(program, parts) if is_closed(program, parts) else ""
+
+
+def _parts_of_loop(program: Program, block: int) -> list[str]:
+    """The components whose equations stand in a block, or joints of theirs that close a loop."""
+    if not 0 <= block < len(program.blocks):
+        return []
+    equations = program.blocks[block].equations
+    parts = list(dict.fromkeys(program.equations[e].component for e in equations))
+    return parts if is_closed(program, parts) else joints_of(program, parts)
 
 
 def _driven_loop(program: Program, block: int) -> str:

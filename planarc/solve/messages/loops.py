@@ -45,7 +45,15 @@ def joints_of(program: Program, components: Collection[str]) -> list[str]:
     return [joint.name for joint in mechanism.joints if not own.isdisjoint(joint.links)]
 
 
-def given_in_loop(program: Program, kernel: Kernel, components: Collection[str]) -> str:
+POSITIONS, SPEEDS = ("phi", "s"), ("w", "v")
+
+
+def given_in_loop(
+    program: Program,
+    kernel: Kernel,
+    components: Collection[str],
+    coordinates: Collection[str] = POSITIONS,
+) -> str:
     """The coordinates of a loop's joints that others than it decide, with their values; e.g.
     "`crank.phi` = 3.1, which `ramp` gives"."""
     mechanism = program.mechanism
@@ -57,7 +65,8 @@ def given_in_loop(program: Program, kernel: Kernel, components: Collection[str])
     told = []
     for column in program.columns:
         name = column.name
-        if name not in {f"{j}.phi" for j in joints} | {f"{j}.s" for j in joints}:
+        joint, _, coordinate = name.rpartition(".")
+        if joint not in joints or coordinate not in coordinates:
             continue
         giver = None if column.slot in solved else trouble.determining(program, kernel, column.slot)
         own = [] if giver is None else own_names(program, [giver.component])

@@ -125,8 +125,7 @@ class Moreau(FixedStep):
         touches = self._ports.touches
         gap = touches.get("gap")
         if len(gap) and gap.min() < -DEEP:
-            i = int(gap.argmin())
-            raise PlanarcError(messages.overlap(touches, i, f"{-float(gap[i]):.3g}", self._t))
+            raise PlanarcError(messages.overlapping(touches, int(gap.argmin()), gap, self._t))
         for crowd in self._crowds:
             crowd.begin()
             found = crowd.find(0.0)
