@@ -45,7 +45,8 @@ class Group(Data):
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
     """Warnings of what a user may not have meant, though the equations fit."""
     groups = find_floating(dae, mechanism)
-    floating = (_floats(dae, mechanism, group) for group in groups if not _is_flown(dae, group))
+    unmeant = (group for group in groups if not _is_flown(dae, mechanism, group))
+    floating = (_floats(dae, mechanism, group) for group in unmeant)
     return (*floating, *idle_parts(dae, mechanism))
 
 
@@ -93,10 +94,12 @@ def _part(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _is_flown(dae: Dae, group: Group) -> bool:
-    """True where start values are written for what flies, or its coordinates are to be states."""
+def _is_flown(dae: Dae, mechanism: Mechanism, group: Group) -> bool:
+    """True where start values are written for what flies, or its coordinates are to be states;
+    those of a joint say how it begins, and not where."""
     meant = (v for v in dae.variables if v.start_written or v.state_select is StateSelect.ALWAYS)
-    return not {v.component for v in meant}.isdisjoint(group.components)
+    joints = {joint.name for joint in mechanism.joints if joint.conditions}
+    return not ({v.component for v in meant} - joints).isdisjoint(group.components)
 
 
 def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:

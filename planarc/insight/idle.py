@@ -37,6 +37,7 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     yield from _free_beside_joints(dae, mechanism, link_of)
     yield from _inside_links(dae, mechanism, link_of)
     yield from _on_one_point(dae, mechanism)
+    yield from _spare(dae, mechanism)
 
 
 def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
@@ -94,6 +95,24 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 Severity.WARNING,
                 hint="connect one of them to another point",
             )
+
+
+def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """Ground that carries nothing, beside other ground and joints."""
+    joined = {owner(name) for names in dae.connections if len(names) > 1 for name in names}
+    for component in mechanism.spare if mechanism.joints else ():
+        part = _own(dae, component)
+        if part is not None and part.class_name != _WORLD and component not in joined:
+            yield Diagnostic(
+                "S323",
+                f"`{component}` carries nothing: nothing is connected to it",
+                part.span,
+                Severity.WARNING,
+                hint="connect it, or leave it out",
+            )
+
+
+_WORLD = "PlanarMultiBody.World"
 
 
 def _idle(message: str, part: Part) -> Diagnostic:

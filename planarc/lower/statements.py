@@ -101,9 +101,13 @@ class Runner(Struct):
                 case _While() as loop:
                     self._next_while(loop)
 
-    def _split(self, condition: Expr) -> Runner:
-        """Another way from here on, for when `condition` holds; this one goes on without."""
+    def _split(self, condition: Expr, loop: flat.WhileStatement | None = None) -> Runner:
+        """Another way from here on, for when `condition` holds; this one goes on without. `loop` is
+        the one that it leaves, if any."""
         self.ways[0] += 1
+        if self.ways[0] > MAX_WAYS and loop is not None:
+            what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
+            raise self.refused(what, loop.span)
         if self.ways[0] > MAX_WAYS:
             raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
         other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
@@ -301,7 +305,7 @@ class Runner(Struct):
         self._count_turn(s.span)
         condition = expr(self.value(s.condition))
         if not condition.is_const:
-            self._split(self.scope.table.not_(condition))  # the way that leaves the loop
+            self._split(self.scope.table.not_(condition), s)  # the way that leaves the loop
         if not condition.is_const or condition.data:
             self.frames += [loop, _Body(s.body)]
 

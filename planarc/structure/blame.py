@@ -145,6 +145,15 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
                 hint="remove one of the two",
                 related=(Related(f"`{name}` is connected here", connection.span),),
             )
+        shows = None if _how_to_move(dae, rivals[0], True) else _given_by_a_part(dae, misfit)
+        if shows is not None:
+            part, name = shows
+            return Diagnostic(
+                "S302",
+                f"{shown} is one equation too many: `{part}` itself says what `{name}` is",
+                rivals[0].span,
+                hint=f"remove it: `{name}` only shows what the other equations make of it",
+            )
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
@@ -181,6 +190,18 @@ def _connected(dae: Dae, misfit: Misfit) -> tuple[str, Equation] | None:
             ends = [e for e in (other.left, other.right) if e.is_symbol]
             if other.generated and side in ends and places.is_own(dae, other.span):
                 return side.name, other
+    return None
+
+
+def _given_by_a_part(dae: Dae, misfit: Misfit) -> tuple[str, str] | None:
+    """A part of a library that gives a variable its value, as a sensor does, and that variable,
+    which the one equation too many gives again."""
+    (own,) = misfit.rivals
+    for side in (s for s in (own.left, own.right) if s.is_symbol and not s.order):
+        part = side.name.rpartition(".")[0]
+        for other in misfit.over:
+            if other.component == part != own.component and other.left is side:
+                return part, side.name
     return None
 
 

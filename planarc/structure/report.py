@@ -94,6 +94,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         left_over = f"`{text(entry.left)} = {text(entry.right)}`"
         nothing = f"{equation.shown} determines nothing: with the other equations it comes to "
         if part is None:
+            givers += [] if equation.generated else _driven_from(dae, entry)
             found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
             found = _between_parts(dae, entry, equation) or found
             found = _of_open_end(dae, equation, left_over) or found
@@ -109,6 +110,16 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         problem = StructurallySingular([*wrong, *_held_already(dae, held)])
         problem.givers = tuple(givers)
         raise problem
+
+
+def _driven_from(dae: Dae, entry: Live) -> list[Part]:
+    """The parts that drive by what an equation of the user's gives them."""
+    giving = {d.component for d in dae.declared if d.name == "suppliedPower"}
+    symbols = (e for e in postorder((entry.left, entry.right)) if e.op is Op.SYMBOL)
+    equation = dae.equations[entry.index]
+    written = (e for e in postorder((equation.left, equation.right)) if e.op is Op.SYMBOL)
+    owners = dict.fromkeys(owner(e.name) for e in (*symbols, *written))
+    return [p for o in owners if o in giving and (p := own_part(dae, o)) is not None]
 
 
 def _of_open_end(dae: Dae, equation: Equation, left_over: str) -> Diagnostic | None:

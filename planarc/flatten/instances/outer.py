@@ -85,6 +85,9 @@ def _default_node(element: Element, definition: syntax.Component) -> Node:
     hint = f"declare `{inner}` in `{root.cls.name}`"
     mend: Mend | None = Declare(inner)
     span = root.cls.definition.name_span
+    if (own := root.layout.members.get(element.name)) is not None and own[1].prefixes.outer:
+        span, mend = own[1].span, None
+        hint = f"write `inner` for `outer`, unless `{root.cls.name}` is a part of other models"
     for name, (_, other) in root.layout.members.items():
         if not isinstance(other, syntax.Component) or not other.prefixes.inner:
             continue

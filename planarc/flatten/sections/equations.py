@@ -88,6 +88,8 @@ def _equality(node: syntax.Equality, env: Env) -> Equations:
 
 def _mend(node: syntax.Equality, left: flat.Expression, right: flat.Expression) -> str | None:
     """What to do about sides of different types."""
+    if not left.type.dims and right.type.dims == (1,):
+        return f"a vector of one entry is no number: write `scalar({node.right.span.text})`"
     if (product := product_hint(right if left.type.dims else left)) is not None:
         return product
     if isinstance(node.left, syntax.Matrix) and isinstance(right, flat.Call):
@@ -165,6 +167,15 @@ def _jump(
     )
 
 
+def _given_parameter(branches: list[tuple[flat.Expression, Equations]], env: Env) -> str | None:
+    """The first parameter that an equation of a branch is to give a value."""
+    lefts = (e.left for _, body in branches for e in body if isinstance(e, flat.Equality))
+    for left in (e for e in lefts if isinstance(e, flat.Reference)):
+        if variability_of(left, env.session, env.hidden) is flat.Variability.PARAMETER:
+            return left.name
+    return None
+
+
 def _if_of(
     node: syntax.IfEquation,
     branches: list[tuple[flat.Expression, Equations]],
@@ -184,6 +195,9 @@ def _if_of(
                 message = f"this `if` without `else` makes {numbers} while its condition holds, "
                 message += "and none while it does not"
                 hint = _jump(branches, otherwise) or "say in an `else` what holds otherwise"
+            if (fixed := _given_parameter(branches, env)) is not None:
+                hint = f"`{fixed}` is a parameter, which never changes: declare it without "
+                hint += "`parameter`, and say what it is in all branches"
             if branches[0][0].span.text.replace(" ", "") == "initial()":
                 hint = "write what holds at the start only in a section `initial equation`"
             raise error("F305", message, node.span, hint=hint)
@@ -245,8 +259,20 @@ def _when(node: syntax.WhenEquation, env: Env) -> Equations:
         for condition, body in node.branches
     )
     for _, equations in branches:
+        _expect_variables(equations)
         _expect_once(equations)
     return (flat.WhenEquation(node.span, env.component, branches),)
+
+
+def _expect_variables(equations: Equations) -> None:
+    """A when sets variables at one instant; a derivative is what it is all the while."""
+    for equation in equations:
+        left = equation.left if isinstance(equation, flat.Equality) else None
+        if isinstance(left, flat.Builtin) and left.function == "der":
+            name = left.span.text
+            message = f"a when sets variables at one instant, and `{name}` is none"
+            hint = f"say it where `{name}` is given: `{name} = if ... then ... else ...`"
+            raise error("F301", message, equation.span, hint=hint)
 
 
 def _expect_once(equations: Equations) -> None:

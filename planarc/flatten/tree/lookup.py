@@ -325,6 +325,9 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
 def _as_class(element: Element, name: str, span: Span) -> Class:
     if not element.is_class:
         message = f"`{name}` is a component, not a class"
-        related = [Related("declared here", element.definition.span)]
-        raise error("F211", message, span, related=related)
+        definition = element.definition
+        related = [Related("declared here", definition.span)]
+        of_itself = isinstance(definition, syntax.Component) and str(definition.type) == name
+        hint = "give the component another name than its class" if of_itself else None
+        raise error("F211", message, span, related=related, hint=hint)
     return class_of(element, span)

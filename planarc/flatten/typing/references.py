@@ -348,7 +348,11 @@ def value_of(view: View, ref: syntax.Ref, env: Env) -> flat.Expression:
     if isinstance(view, Family):
         return _list_value([value_of(v, ref, env) for v in _nested(view)], ref)
     if isinstance(view, Class):
-        raise error("F216", f"`{ref}` is a class, not a value", ref.span)
+        outputs = env.function.outputs if env.function and env.in_algorithm else ()
+        own = env.function is not None and env.function.name == view.name
+        hint = f"a function gives its output: write `{outputs[0].name} := ...`" if outputs else None
+        message = f"`{ref}` is a class, not a value"
+        raise error("F216", message, ref.span, hint=hint if own else None)
     if isinstance(view, Absent):
         raise absent_error(view, ref.span)
     return view

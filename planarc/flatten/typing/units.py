@@ -38,6 +38,9 @@ from planarc.runtime.elementary import Elementary, Units
 #: A measure, see `quantity.measure`. None: not known, fits everything
 Known: TypeAlias = "Dimension | None"
 
+#: The two expressions whose units are compared, if each is one.
+Sides: TypeAlias = "tuple[flat.Expression | None, flat.Expression | None]"
+
 _PLAIN = (*NUMBER, 0.0)
 _SAME_SCALE = 1e-9  # difference of logarithms
 
@@ -51,20 +54,32 @@ class Checker(Struct):
     units: dict[str, Known]
     functions: dict[str, flat.Function]
     celsius: frozenset[str] = frozenset()  # variables in `degC`, whose zero is not that of `K`
+    declared: dict[str, str] = field(default_factory=dict)  # units as texts
     found: list[Diagnostic] = field(default_factory=list)
 
-    def report(self, what: str, a: Dimension, b: Dimension, span: Span) -> None:
+    def report(
+        self, what: str, a: Dimension, b: Dimension, span: Span, sides: Sides = (None, None)
+    ) -> None:
         hint = None
         if a[:-1] == b[:-1]:
             factor = 10 ** abs(_scale(a) - _scale(b))
             hint = f"convert one to the other by the factor {factor:.6g}"
-        message = f"{what} have different units: `{_text(a)}` and `{_text(b)}`"
+        first, second = self.text(a, sides[0]), self.text(b, sides[1])
+        message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
-    def agree(self, what: str, a: Known, b: Known, span: Span) -> Known:
-        """The unit that both have; a certain difference is reported, once: then it is not known."""
+    def text(self, known: Dimension, side: flat.Expression | None) -> str:
+        """A unit as it was declared, where it is that of a variable."""
+        name = side.name if isinstance(side, flat.Reference) else ""
+        return self.declared.get(name) or _text(known)
+
+    def agree(
+        self, what: str, a: Known, b: Known, span: Span, sides: Sides = (None, None)
+    ) -> Known:
+        """The unit that both sides have; a certain difference is reported, once: then it is not
+        known."""
         if a is not None and b is not None and not _agree(a, b):
-            self.report(what, a, b, span)
+            self.report(what, a, b, span, sides)
             return None
         return a if a is not None else b
 
@@ -107,11 +122,12 @@ class Checker(Struct):
                 self.report_zeros(f"the sides of `{e.op}`", e.span)
                 return left
             case "+" | "-" | ".+" | ".-":
-                return self.agree(f"the sides of `{e.op}`", left, right, e.span)
+                sides = e.left, e.right
+                return self.agree(f"the sides of `{e.op}`", left, right, e.span, sides)
             case "<" | "<=" | ">" | ">=" | "==" | "<>":
                 if self.zeros(e.left, e.right):
                     self.report_zeros(f"the sides of `{e.op}`", e.span)
-                self.agree(f"the sides of `{e.op}`", left, right, e.span)
+                self.agree(f"the sides of `{e.op}`", left, right, e.span, (e.left, e.right))
                 return None
             case "*" | ".*":
                 return self.combine(e, left, right, unit.multiply)
@@ -233,7 +249,7 @@ class Checker(Struct):
             return
         if self.zeros(left, right):
             self.report_zeros(what, e.span)
-        self.agree(what, self.of(left), self.of(right), e.span)
+        self.agree(what, self.of(left), self.of(right), e.span, (left, right))
 
     def name(self, variable: flat.Variable) -> None:
         """A unit that cannot be read, and one for display that measures something else."""
@@ -345,6 +361,7 @@ def check_units(
         {v.name: measure(v.attributes.unit) for v in model.variables},
         {f.name: f for f in model.functions},
         frozenset(v.name for v in model.variables if v.attributes.unit == "degC"),
+        {v.name: v.attributes.unit for v in model.variables},
     )
     checked = distinct or model
     for variable in checked.variables:

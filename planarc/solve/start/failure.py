@@ -237,7 +237,7 @@ def _at_home(
     program: Program, found: Diagnostic, worst: Sequence[tuple[float, EquationInfo]]
 ) -> NotAssembled:
     """The message at the part whose equation is farthest from being met."""
-    span = worst[0][1].span if worst else None
+    span = worst[0][1].span if worst else found.span
     related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
@@ -271,13 +271,17 @@ def _not_reachable(
     program = system.program
     held = [c for c in columns if choice.held[c]]
     worst = _worst(system, rows, root.residuals)
-    loop = _loop(system, rows, columns, root.residuals) or "the mechanism"
+    loop = _loop(system, rows, columns, root.residuals)
+    if not loop and held:
+        loop = loop_names(program, [owner(program.candidates[held[0]].display)])
+    loop = loop or "the mechanism"
     wanted = listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
     nearest = listed(
         f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
     )
     near = weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
+    first = program.candidates[held[0]] if held and not worst else None
     return _at_home(
         program,
         Diagnostic(
@@ -285,6 +289,7 @@ def _not_reachable(
             f"the loop of {loop} cannot be assembled with {wanted}"
             if held
             else f"the loop of {loop} cannot be assembled from its start values",
+            declaration(program, first.display, first.span) if first else None,
             hint=f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
             f"values of another joint, or change {length}"
             if near is not None and near.share < DEAD_CENTRE

@@ -57,7 +57,8 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     every = [program.equations[e] for e in program.blocks[block].equations]
     alone = program.mechanism is None and program.blocks[block].linear
     names = trouble.components(program, every if alone else infos)
-    massless = _massless(system, block)
+    locked = program.mechanism.locked if program.mechanism else None
+    massless = None if locked else _massless(system, block)
     home = owner(massless) if massless else infos[0].component if infos else ""
     found = Diagnostic(
         "R410",
@@ -66,6 +67,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         else f"a system of equations cannot be solved at the start, t = {system.t:g} s",
         infos[0].span if infos else None,
         hint=_zeros(system, infos)
+        or (f"{locked.message}; {locked.hint}" if locked else None)
         or (f"`{massless}` is 0: give it a value" if massless else None)
         or _advice(program, tried, program.blocks[block].linear),
         related=trouble.related(worst),
