@@ -8,7 +8,7 @@ only the numbers 1, 2 and 1/2 count as plain numbers: others may hide a unit of 
 as in `tau = -0.1*w`, and so may `time`, as in `phi = time`. Nothing is reported that is
 not certain. Scales count where they are certain, too: nothing converts `km/h` into `m/s`.
 
-Example: `F = m*v` with units N, kg and m/s is reported with `kg.m/s2` and `kg.m/s`.
+Example: `F = m*v` with units N, kg and m/s is reported with `N`, as declared, and `kg.m/s`.
 
 Reference: Modelica Language Specification 3.6, chapter 19.
 """

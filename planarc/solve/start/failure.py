@@ -1,4 +1,7 @@
-"""Why a mechanism cannot start, in words: the loop, the worst equations, what to change."""
+"""Why a mechanism cannot start, in words: the loop, the worst equations, what to change.
+
+The file is long because a start fails in several ways, and each message asks the same system again.
+"""
 
 from __future__ import annotations
 
