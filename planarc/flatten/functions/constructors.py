@@ -29,8 +29,8 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
     ]
     if len(node.arguments) > len(names):
         message = f"`{cls.name}` has {counted(len(names), 'field')}, not {len(node.arguments)}"
-        hint = f"its fields are {ticked(names)}" if names else None
-        raise error("F290", message, node.span, hint=hint)
+        told = f"its fields are {ticked(names)}" if names else None
+        raise error("F290", message, node.span, hint=told)
     for name, argument in zip(names, node.arguments, strict=False):
         values[name] = env.typed(argument)
     for named in node.named:
