@@ -77,13 +77,27 @@ _NAMES = {number: name for name, number in _FUNCTIONS.items()}
 #: What it takes to be spelled: neither calls back nor the past.
 _SPELLED = frozenset(Op) - {Op.APPLY, Op.PAST}
 
+#: What stands in a formula so often on average is not computed again in each place.
+_REPEATED = 4
+
 Place = tuple[Home, int]
 #: An operation, a number or what is to be spelled.
 Part: TypeAlias = int | float | Expr
 
 
 def is_spelled(lets: Sequence[Let]) -> bool:
-    return all(e.op in _SPELLED for e in postorder(let.value for let in lets))
+    """Whether statements can be, and in about as many operations as they have: what a formula has
+    in several places is computed in each of them."""
+    for let in lets:
+        nodes = postorder((let.value,))
+        sizes: dict[Expr, int] = {}
+        for e in nodes:
+            if e.op not in _SPELLED:
+                return False
+            sizes[e] = 1 + sum(sizes[a] for a in e.args)
+        if sizes[let.value] > _REPEATED * len(nodes):
+            return False
+    return True
 
 
 class Speller:

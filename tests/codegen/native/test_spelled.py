@@ -114,6 +114,15 @@ def test_what_calls_back_or_looks_into_the_past_is_not_spelled() -> None:
     assert not is_spelled([Let(x, t.add(x, t.past(0, t.time)))])
 
 
+def test_what_stands_in_a_formula_again_and_again_is_not_spelled() -> None:
+    """It would be computed a billion times."""
+    t = Exprs()
+    e = t.symbol("x")
+    for _ in range(30):
+        e = t.div(e, t.add(e, t.one))
+    assert not is_spelled([Let(t.symbol("y"), e)])
+
+
 def test_equal_rows_stand_there_once() -> None:
     t = Exprs()
     x, y = t.symbol("x"), t.symbol("y")
