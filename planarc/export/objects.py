@@ -93,6 +93,8 @@ _OPTIONS = (
     ("disable-block-placement", 1, 0),
     ("grow-region-complexity-budget", 0, 10000),
 )
+#: Versions of LLVM that are known to have these: one without ends the process.
+_TRIED = range(15, 23)
 _LOCK = Lock()
 
 
@@ -170,11 +172,12 @@ def _thrifty(wanted: bool) -> Iterator[None]:
     """Code made here is small, where that is wanted."""
     import llvmlite.binding as llvm
 
+    options = _OPTIONS if wanted and llvm.llvm_version_info[0] in _TRIED else ()
     with _LOCK:
-        for name, here, _ in _OPTIONS * wanted:
+        for name, here, _ in options:
             llvm.set_option("", f"-{name}={here}")
         try:
             yield
         finally:
-            for name, _, usual in _OPTIONS * wanted:
+            for name, _, usual in options:
                 llvm.set_option("", f"-{name}={usual}")
