@@ -94,7 +94,7 @@ _OPTIONS = (
     ("grow-region-complexity-budget", 0, 10000),
 )
 #: Versions of LLVM that are known to have these: one without ends the process.
-_TRIED = range(15, 23)
+_TRIED = range(20, 23)
 _LOCK = Lock()
 
 
