@@ -41,6 +41,8 @@ MISFIT = "$misfit"
 
 
 class Kind(Enum):
+    __hash__ = object.__hash__  # as `flat.Base`
+
     REAL = "Real"
     INTEGER = "Integer"
     BOOLEAN = "Boolean"

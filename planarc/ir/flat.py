@@ -21,6 +21,8 @@ from planarc.ir.figure import Figure
 
 
 class Base(Enum):
+    __hash__ = object.__hash__  # of the member, not of its name: in a tenth of the time
+
     REAL = "Real"
     INTEGER = "Integer"
     BOOLEAN = "Boolean"

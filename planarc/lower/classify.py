@@ -181,7 +181,7 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
     if frozen and all(e.is_const for e in values):
         model.values[v.name] = Tensor(dims, values) if dims else values[0]
     model.parameter_values.update(zip(names, values, strict=True))
-    low, high = (_limits(model, v, a) for a in (v.attributes.min, v.attributes.max))
+    low, high = _attributes(model, v, len(names), v.attributes.min, v.attributes.max)
     for i, (name, value) in enumerate(zip(names, values, strict=True)):
         yield dae.Parameter(
             name,
@@ -233,11 +233,10 @@ def referenced(*roots: flat.Expression | None) -> Iterator[str]:
 
 
 def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
-    a = v.attributes
-    start = _limits(model, v, a.start)
-    nominal, low, high = (_limits(model, v, x) for x in (a.nominal, a.min, a.max))
-    fixed = _limits(model, v, a.fixed)
-    for i, name in enumerate(scalar_names(v.name, fixed_dims(v.type))):
+    a, names = v.attributes, scalar_names(v.name, fixed_dims(v.type))
+    told = a.start, a.nominal, a.min, a.max, a.fixed
+    start, nominal, low, high, fixed = _attributes(model, v, len(names), *told)
+    for i, name in enumerate(names):
         yield dae.Variable(
             name,
             KINDS[v.type.base],
@@ -265,8 +264,10 @@ def _is_fixed(v: flat.Variable, value: Expr | None) -> bool:
     return bool(value is not None and value.data)
 
 
-def _limits(model: Model, v: flat.Variable, e: flat.Expression | None) -> tuple[Expr | None, ...]:
-    """An attribute for each scalar of a variable."""
-    if e is None:
-        return (None,) * prod(fixed_dims(v.type))
-    return _spread(model, lower_expression(Scope(model, events=False), e), v)
+def _attributes(
+    model: Model, v: flat.Variable, size: int, *told: flat.Expression | None
+) -> Iterator[tuple[Expr | None, ...]]:
+    """Attributes, each for every scalar of a variable."""
+    scope = Scope(model, events=False)
+    for e in told:
+        yield (None,) * size if e is None else _spread(model, lower_expression(scope, e), v)
