@@ -36,6 +36,8 @@ from planarc.ir.sorted import Alias
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.signs import Signs
 
+# Where it counts: an enumeration looks up its members by a function.
+_SYMBOL, _NEG = Op.SYMBOL, Op.NEG
 _SHORT = 6  # unknowns of an equation that is looked at whenever one of them vanishes
 
 
@@ -165,9 +167,9 @@ class _Search:
         sign = 1
         sides = []
         for side in (e.left, e.right):
-            if side.op is Op.NEG:
+            if side.op is _NEG:
                 side, sign = side.args[0], -sign
-            if side.op is not Op.SYMBOL or side.order or side.name not in self.key:
+            if side.op is not _SYMBOL or side.data[1] or side.data[0] not in self.key:
                 return False
             sides.append(side)
         left, right = sides
@@ -178,7 +180,7 @@ class _Search:
         is written anew where it has one left, or fewer than before: not for other names alone."""
         residual = self.residuals[i]
         unknowns = self.contents(residual)
-        stale = [s for s in unknowns if not self.forest.is_root(s.data[0])]
+        stale = [s for s in unknowns if s.data[0] in self.reason]
         if not stale:
             return unknowns
         changed = {s: self.forest.resolve(s) for s in sorted(stale)}
@@ -195,7 +197,7 @@ class _Search:
         if len(unknowns) == 1:
             self._try_constant(i, *unknowns)
         elif len(unknowns) == 2:
-            if late or not any(s.order for s in unknowns):
+            if late or not any(s.data[1] for s in unknowns):
                 residual = self.residuals[i]
                 a, b = self.contents(residual)
                 self._join(i, a, b, self._pair_sign(residual, a, b))
@@ -225,21 +227,22 @@ class _Search:
 
     def _join(self, i: int, a: Expr, b: Expr, sign: int) -> bool:
         """Make one of a = sign*b stand for the other, if that can be."""
-        (own, a), (others, b) = self._signed(a), self._signed(b)
+        own, name, order = self._signed(a)
+        others, root, shift = self._signed(b)
         sign *= own * others
-        if not sign or a.name == b.name or (a.order and b.order):
+        if not sign or name == root or (order and shift):
             return False
-        if a.order or (not b.order and self.key[a.name] < self.key[b.name]):
-            a, b = b, a
-        self.forest.join(a.name, sign, b.name, b.order)
-        self.uses[b.name].extend(self.uses[a.name])
-        self._spend(i, a.name)
+        if order or (not shift and self.key[name] < self.key[root]):
+            name, root, shift = root, name, order
+        self.forest.join(name, sign, root, shift)
+        self.uses[root].extend(self.uses[name])
+        self._spend(i, name)
         return True
 
-    def _signed(self, symbol: Expr) -> tuple[int, Expr]:
-        """The sign and the symbol that one of an equation's two unknowns has come to."""
+    def _signed(self, symbol: Expr) -> tuple[int, str, int]:
+        """The sign, name and order that one of an equation's two unknowns has come to."""
         found = self.forest.resolve(symbol)
-        return (-1, found.args[0]) if found.op is Op.NEG else (1, found)
+        return (-1, *found.args[0].data) if found.op is _NEG else (1, *found.data)
 
     def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
         """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
@@ -248,7 +251,7 @@ class _Search:
         factors = {}
         for term in residual.args:
             number, symbol = 1.0, term
-            if symbol.op is Op.NEG:
+            if symbol.op is _NEG:
                 number, symbol = -1.0, symbol.args[0]
             if symbol.op is Op.MUL and len(symbol.args) == 2 and symbol.args[0].is_const:
                 number, symbol = number * symbol.args[0].data, symbol.args[1]
@@ -269,7 +272,7 @@ class _Search:
     def substitution(self) -> Substitution:
         mapping = dict(self.numbers)
         for e in list(self.table.all):
-            if e.is_symbol and e.data[0] in self.key:
+            if e.op is _SYMBOL and e.data[0] in self.key:
                 found = self.forest.resolve(e)
                 if found is not e:
                     mapping[e] = found
@@ -300,5 +303,6 @@ def orders_needed(
     targets = [a.target for a in elimination.aliases]
     for expression in (*targets, *other):
         for symbol in contents(expression):
-            least[symbol.name] = max(least[symbol.name], symbol.order)
+            name, order = symbol.data
+            least[name] = max(least[name], order)
     return least

@@ -58,7 +58,7 @@ class Row(Data):
 def uncover_constraints(table: Exprs, contents: Contents, live: Sequence[Live]) -> list[Live]:
     """The equations, with hidden constraints in the place of what follows from others."""
     states = {
-        x.name for e in live for x in contents(e.left) | contents(e.right) if x.order
+        x.data[0] for e in live for x in contents(e.left) | contents(e.right) if x.data[1]
     }  # differentiated ones
     whole = {k: x for k, e in enumerate(live) if (x := _terms(table, contents, e))}
     others = {k: _others(terms, states) for k, terms in whole.items()}
@@ -82,7 +82,7 @@ def _terms(table: Exprs, contents: Contents, e: Live) -> dict[Expr, int]:
     """The factors of an equation of unknowns, none of them differentiated, where all of them are
     whole numbers; else nothing."""
     inside = contents(e.residual)
-    if not 0 < len(inside) <= MOST_TERMS or any(x.order for x in inside):
+    if not 0 < len(inside) <= MOST_TERMS or any(x.data[1] for x in inside):
         return {}
     factors = coefficients(table, contents, e.residual)
     terms = {x: int(f.data) for x, f in factors.items() if f is not None and _is_whole(f)}

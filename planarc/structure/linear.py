@@ -166,15 +166,14 @@ class Degrees:
         return fold(root, self._memo, self._degree)
 
     def _degree(self, e: Expr) -> int:
-        if e.op is Op.SYMBOL:
+        op = e.op
+        if op is _SYMBOL:
             return self._of_symbol.get(e, 0)
-        degrees = [self._memo[a] for a in e.args]
+        degrees = [*map(self._memo.__getitem__, e.args)]
         highest = max(degrees, default=0)
-        match e.op:
-            case _ if highest == 0:
-                return 0
-            case Op.ADD | Op.NEG:
-                return highest
+        if highest == 0 or op is _ADD or op is _NEG:
+            return highest
+        match op:
             case Op.MUL:
                 return min(sum(degrees), 2)
             case Op.DIV:

@@ -69,7 +69,8 @@ def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
     for e in elimination.live:
         highest: dict[int, int] = {}
         for s in contents.ordered(e.residual):
-            highest[number[s.name]] = max(highest.get(number[s.name], 0), s.order)
+            name, order = s.data
+            highest[number[name]] = max(highest.get(number[name], 0), order)
         rows.append(list(highest.items()))
     return Reduced(elimination, contents, rows)
 

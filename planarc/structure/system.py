@@ -12,13 +12,14 @@ from collections.abc import Mapping
 from msgspec import Struct, field
 
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, Op
 from planarc.structure.algebra import Algebra
 from planarc.structure.expand import Expansion, Form
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.pantelides import Offsets
 from planarc.structure.signs import Signs
 
+_CONST = Op.CONST  # where it counts: an enumeration looks up its members by a function
 #: A number of an equation that is smaller beside another one may be nothing but rounding.
 ROUNDING = 1e-15
 
@@ -119,5 +120,6 @@ class Systems(Struct):
 def _without_rounding(factors: dict[int, Expr]) -> dict[int, Expr]:
     """The factors that may be divided by: a number beside a much larger one may stand for zero, as
     cos(pi/2) = 6e-17 does beside sin(pi/2)."""
-    largest = max((abs(f.data) for f in factors.values() if f.is_const), default=0.0)
-    return {v: f for v, f in factors.items() if not f.is_const or abs(f.data) >= ROUNDING * largest}
+    sizes = {v: abs(f.data) for v, f in factors.items() if f.op is _CONST}
+    least = ROUNDING * max(sizes.values(), default=0.0)
+    return {v: f for v, f in factors.items() if v not in sizes or sizes[v] >= least}
