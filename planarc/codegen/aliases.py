@@ -19,6 +19,8 @@ from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, Substitution, symbols
 from planarc.ir.sorted import Alias
 
+_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
+
 
 class Aliases:
     """The aliases by name, and rewriting by them."""
@@ -32,10 +34,10 @@ class Aliases:
     def target(self, symbol: Expr) -> Expr:
         """The computed expression that a symbol stands for."""
         sign, e = 1, symbol
-        while e.op is Op.SYMBOL and e.name in self._by_name:
-            alias = self._by_name[e.name]
-            sign *= alias.sign
-            order, e = e.order, alias.target
+        while e.op is _SYMBOL and e.data[0] in self._by_name:
+            name, order = e.data
+            alias = self._by_name[name]
+            sign, e = sign * alias.sign, alias.target
             for _ in range(order):  # der(x) of x = der(y) is der(der(y))
                 e = self._differentiate(e)
         return e if sign > 0 else self._table.neg(e)

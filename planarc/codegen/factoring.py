@@ -84,7 +84,7 @@ class Factoring:
         def shortened(e: Expr) -> Expr:
             if not e.args:
                 return e
-            e = self._table.rebuild(e, tuple([done[a] for a in e.args]))
+            e = self._table.rebuild(e, tuple(map(done.__getitem__, e.args)))
             return self._shorten(e) if e.op is _ADD else e
 
         return fold(root, done, shortened)

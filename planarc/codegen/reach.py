@@ -26,6 +26,8 @@ from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op, below
 from planarc.ir.sorted import Assignment, Block, Level, Step, computed
 
+# Where it counts: an enumeration looks up its members by a function.
+_CONST, _SYMBOL = Op.CONST, Op.SYMBOL
 #: Number of tears below which a linear block of the top level is solved from its matrix as it
 #: is: that is hardly sparse.
 FEWEST = 8
@@ -74,7 +76,7 @@ def split_steps(
 def is_constant(value: Expr, parameters: set[str]) -> bool:
     """Whether parameters alone make the value."""
     return all(
-        e.args or e.is_const or (e.op is Op.SYMBOL and e.order == 0 and e.name in parameters)
+        e.args or e.op is _CONST or (e.op is _SYMBOL and not e.data[1] and e.data[0] in parameters)
         for e in below((value,))
     )
 

@@ -62,10 +62,10 @@ class Samples:
 
     def value(self, root: Expr) -> Values:
         """The formula at all positions; unknown leaves (events, discrete values) are 0."""
-        found = self._number(root)
-        if found.ndim:
-            return found
-        number = found.item()
+        found = self._formulas(root)
+        if getattr(found, "ndim", 0):
+            return np.asarray(found, float)
+        number = float(found)
         if number not in self._everywhere:
             self._everywhere[number] = np.full(self._spread.shape, number)
         return self._everywhere[number]

@@ -159,12 +159,15 @@ class Lister:
             e = stack[-1]
             if e in known:
                 stack.pop()
-            elif waiting := [a for a in reversed(e.args) if a.args and a not in known]:
-                stack += waiting
             else:
-                stack.pop()
-                self._trail.append(e)
-                known[e] = self._written(out, e)
+                depth = len(stack)
+                for a in reversed(e.args):
+                    if a.args and a not in known:
+                        stack.append(a)
+                if len(stack) == depth:
+                    stack.pop()
+                    self._trail.append(e)
+                    known[e] = self._written(out, e)
         return known.get(root, root)
 
     def _written(self, out: list[Let], e: Expr) -> Expr:
@@ -175,12 +178,15 @@ class Lister:
 
     def _node(self, out: list[Let], e: Expr) -> Expr:
         """The node over its arguments as they are written."""
-        known, depths = self._known, self._depths
-        args = tuple([known.get(a, a) for a in e.args])
+        args = tuple(map(self._known.get, e.args, e.args))
         while len(args) > LONGEST:  # a sum or product: its first terms by themselves
             args = (self._named(out, self._table.node(e.op, args[:LONGEST])), *args[LONGEST:])
         new = e if args == e.args else self._table.node(e.op, args, e.data)
-        depths[new] = 1 + max([depths.get(a, 0) for a in args])
+        depths, depth = self._depths, 0
+        for a in args:
+            if a.args and depths.get(a, 0) > depth:
+                depth = depths[a]
+        depths[new] = 1 + depth
         return new
 
     def _named(self, out: list[Let], value: Expr) -> Expr:

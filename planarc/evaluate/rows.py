@@ -18,6 +18,9 @@ from planarc.evaluate.value import VALUES
 from planarc.ir.expr import Expr, Op, fold
 from planarc.runtime import elementary, external
 
+# Where it counts: an enumeration looks up its members by a function.
+_CONST, _CALL, _OTHERS = Op.CONST, Op.CALL, (Op.APPLY, Op.PAST)
+
 
 class _Functions:
     """The functions that formulas of `runtime.elementary` use."""
@@ -67,15 +70,15 @@ class RowValues:
         return e in self._values
 
     def _of(self, e: Expr) -> Any:
-        args = [self._values[a] for a in e.args]
-        match e.op:
-            case Op.CONST:
-                return e.data
-            case Op.APPLY | Op.PAST:
-                return self._other(e, args)
-            case Op.CALL:
-                return _call(elementary.TABLE[e.data], args)
-        return self._operators[e.op](*args) if args else self._leaf(e)
+        op = e.op
+        if op is _CONST:
+            return e.data
+        args = [*map(self._values.__getitem__, e.args)]
+        if op in self._operators:
+            return self._operators[op](*args)
+        if op is _CALL:
+            return _call(elementary.TABLE[e.data], args)
+        return self._other(e, args) if op in _OTHERS else self._leaf(e)
 
 
 def _call(row: elementary.Elementary, args: Sequence[Any]) -> Any:

@@ -36,7 +36,7 @@ class Differentiator:
             return t.zero
         if not args:
             return self._leaf(e)
-        d = [self._memo[a] for a in args]
+        d = list(map(self._memo.__getitem__, args))
         if op is _ADD:
             return t.add(*d)
         if op is _NEG:

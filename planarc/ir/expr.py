@@ -196,7 +196,10 @@ class Exprs:
         return constant
 
     def _sum(self, coefficients: dict[Expr, float], constant: float) -> Expr:
-        parts = [b if c == 1.0 else self.scale(c, b) for b, c in coefficients.items() if c != 0.0]
+        parts = []
+        for base, number in coefficients.items():
+            if number != 0.0:
+                parts.append(base if number == 1.0 else self.scale(number, base))
         if constant != 0.0 or not parts:
             parts.append(self.const(constant))
         return parts[0] if len(parts) == 1 else self._plain(_ADD, tuple(parts))
@@ -236,7 +239,9 @@ class Exprs:
         number = _multiply(powers, 1.0, factors)
         if number == 0.0:
             return self.zero
-        parts = [b if n == 1 else self.node(_POW, (b, self.const(n))) for b, n in powers.items()]
+        parts = []
+        for base, n in powers.items():
+            parts.append(base if n == 1 else self.node(_POW, (base, self.const(n))))
         if not parts:
             return self.const(number)
         if number == -1.0:
@@ -471,7 +476,7 @@ def fold(root: Expr, memo: dict[Expr, T], of: Callable[[Expr], T]) -> T:
 
 def symbols(*roots: Expr) -> list[Expr]:
     """The distinct symbols in the expressions, in the order of their first use."""
-    return [e for e in postorder(roots) if e.op is Op.SYMBOL]
+    return [e for e in postorder(roots) if e.op is _SYMBOL]
 
 
 class Substitution:
@@ -484,13 +489,13 @@ class Substitution:
     def __init__(self, table: Exprs, mapping: Mapping[Expr, Expr]) -> None:
         self._table = table
         self._memo: dict[Expr, Expr] = dict(mapping)
+        self._known = self._memo.__getitem__
 
     def __call__(self, root: Expr) -> Expr:
         return fold(root, self._memo, self._of) if root.args else self._memo.get(root, root)
 
     def _of(self, e: Expr) -> Expr:
-        memo = self._memo
-        return self._table.rebuild(e, tuple([memo[a] for a in e.args]))
+        return self._table.rebuild(e, tuple(map(self._known, e.args)))
 
 
 # Text ------------------------------------------------------------------------------------

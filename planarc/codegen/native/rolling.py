@@ -49,7 +49,8 @@ _LOOP, _ENTRY = 8, 0.2
 #: is in registers otherwise goes through memory then.
 _PART = 0.7
 
-_POW = Op.POW  # where it counts: an enumeration looks up its members by a function
+# Where it counts: an enumeration looks up its members by a function.
+_SYMBOL, _POW = Op.SYMBOL, Op.POW
 _LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
 #: What takes values to a value, wherever it stands: the others read memory or call back.
 _ROLLED = frozenset(
@@ -234,7 +235,7 @@ def _rolled_in(
 def _told(home: Callable[[Expr], int], e: Expr) -> tuple[int, bool]:
     """What is told of a leaf: its memory, and whether it is hidden, so that its truth may not be
     known."""
-    return home(e), e.op is Op.SYMBOL and is_hidden(e)
+    return home(e), e.op is _SYMBOL and is_hidden(e)
 
 
 def _kind(
