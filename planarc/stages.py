@@ -220,7 +220,7 @@ def _held_too_often(
     if mechanism.mobility == 0 and mechanism.locked is not None and isinstance(first, Overdone):
         # What is driven besides cannot be.
         locked = mechanism.locked
-        told = (Related(first.message), *first.related)
+        told = (*locked.related, Related(first.message), *first.related)
         driven = f"{locked.message}, so that nothing can be driven"
         return (replace(first, message=driven, hint=locked.hint, related=told), *found[1:])
     if mechanism.mobility >= 0:
@@ -229,8 +229,8 @@ def _held_too_often(
         return (Diagnostic(first.code, *drives[:2], hint=drives[2]),) if drives else tuple(found)
     from planarc.insight.facts import count_text
 
-    known = f"{found[0].hint};" if twice or isinstance(first, Held) else ""
     loop = None if twice else overheld(dae, mechanism)
+    known = f"{found[0].hint};" if twice or (isinstance(first, Held) and not loop) else ""
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop),)
     hint = f"{known or 'there are too many joints or bars, leave some out;'} "

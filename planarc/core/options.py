@@ -9,6 +9,9 @@ from msgspec import field
 
 from planarc.core.data import Data
 
+#: More rows than this are a mistake in the options rather than a wish.
+MOST_ROWS = 20_000_000
+
 
 class Backend(StrEnum):
     NATIVE = "native"

@@ -82,9 +82,19 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
         if len(ends) == 2 and all(f"{e}.{f}" in zero for e in ends for f in _FLOWS)
     ]
     tied = _tied(dae) if pairs else None
+    inside = {*mechanism.inside}
     for component, ends in pairs:
         part = _own(dae, component)
         if tied is None or part is None or _together(dae, component):
+            continue
+        if component in inside:
+            yield Diagnostic(
+                "S323",
+                f"what `{component}` shows never changes: {both(ends)} are on one rigid part",
+                part.span,
+                Severity.WARNING,
+                hint="connect one of them to another part",
+            )
             continue
         same = all(_are_tied(tied, *(f"{e}.r[{i}]" for e in ends)) for i in (1, 2))
         if same and not {f"{e}.phi" for e in ends} & _read_by(dae, component):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
-from planarc.core.options import FIXED_STEP, Contacts, RunOptions, Solver
+from planarc.core.options import FIXED_STEP, MOST_ROWS, Contacts, RunOptions, Solver
 from planarc.core.prose import both, either, ticked
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
@@ -25,8 +25,6 @@ from planarc.solve.once import once
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
-#: More rows than this are a mistake in the options rather than a wish.
-MOST_ROWS = 20_000_000
 DEFAULT_INTERVALS = 500
 #: Steps with contacts in a run, where their length is not given.
 DEFAULT_STEPS = 1000

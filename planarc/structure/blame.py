@@ -22,6 +22,7 @@ Reference: A. L. Dulmage, N. S. Mendelsohn, Canad. J. Math. 10, 1958, 517-534;
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from planarc.core.data import Data
@@ -126,7 +127,7 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         return held
     if (given := _given_parameters(dae, misfit.too_many)) is not None:
         return given
-    if (moving := _given_what_moves(dae, rivals)) is not None:
+    if (moving := _given_what_moves(dae, rivals) or _moved_parameter(dae, rivals)) is not None:
         return moving
     if len(rivals) == 1:
         shown = rivals[0].shown
@@ -226,6 +227,24 @@ def _given_what_moves(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None
                 equation.span,
                 hint=hint,
             )
+    return None
+
+
+def _moved_parameter(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None:
+    """The message about an equation with the derivative of a parameter, which is zero: only the
+    text still has it."""
+    parameters = {p.name for p in dae.parameters}
+    for equation in rivals:
+        shown = " ".join(equation.span.text.split())
+        shown += ")" * (shown.count("(") - shown.count(")"))  # its place ends before the last one
+        for name in re.findall(r"\bder\(\s*(\w+)\s*\)", shown):
+            if f"{equation.component}.{name}".removeprefix(".") in parameters:
+                return Diagnostic(
+                    "S302",
+                    f"`{name}` is a parameter, which never changes: `{shown}` cannot move it",
+                    equation.span,
+                    hint=f"declare `{name}` without `parameter`",
+                )
     return None
 
 

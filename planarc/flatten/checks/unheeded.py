@@ -59,6 +59,7 @@ def _check_unconnected(
     """Connectors whose declaration says what is wrong if nothing is connected from outside."""
     if any(isinstance(w, flat.LeftOut) for w in session.warnings):
         return  # what is left out is told already, and may be what is missing here
+    found: list[tuple[Instance, Instance, str]] = []  # the connector, its part, and why
     connected: dict[str, list[Connection]] = {}
     for connection in connections:
         for side in (connection.left, connection.right):
@@ -73,8 +74,16 @@ def _check_unconnected(
             continue
         if all(_declares(owner, element, c) for c in connected.get(instance.name, ())):
             why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
-            message = f"nothing is connected to `{instance.name}`{why}"
-            session.warn("F319", message, owner.span)
+            found.append((instance, owner, why))
+    kinds = {frozenset(connector.elements) for connector, _, _ in found}
+    if len(found) == 2 and len(kinds) == 1 and found[0][1] is not found[1][1]:
+        (first, owner, _), (other, _, _) = found
+        message = f"nothing is connected to `{first.name}`, and nothing to `{other.name}`"
+        hint = f"write `connect({first.name}, {other.name});`, if they belong together"
+        session.warn("F319", message, owner.span, hint)
+        return
+    for connector, owner, why in found:
+        session.warn("F319", f"nothing is connected to `{connector.name}`{why}", owner.span)
 
 
 def _check_inputs_in_a_row(

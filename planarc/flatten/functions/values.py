@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error, said
+from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
 from planarc.core.source import Span
@@ -43,7 +44,10 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
         if len(ref.parts) == 1:
             names = [*builtins.names(), *naming.names_in_sight(env.scope), "annotation"]
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
-            raise error("F210", f"unknown function `{ref}`", ref.span, hint=hint)
+            mend = hint if isinstance(hint, Meant) else None
+            told = f"unknown function `{ref}`"
+            kind = f"{env.scope.instance.cls.name} {ref}"  # a name that is used is used again
+            raise PlanarcError(Once("F210", told, ref.span, hint=said(hint), mend=mend, kind=kind))
         raise lookup.unknown(env.scope, ref.parts[0].name, ref.span)
     try:
         view = references.resolve(ref, env)

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.options import MOST_ROWS
 from planarc.core.source import Span
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.nodes import Env, Instance, Scope, Session
@@ -157,6 +158,12 @@ def experiment_of(instance: Instance, session: Session) -> flat.Experiment:
             f"the rows lie {found.interval:g} s apart, but the experiment lasts {length:g} s only"
         )
         hint = f"write a part of it, such as `Interval={length / 500:g}`"
+        session.warnings.append(
+            Diagnostic("F287", message, written["interval"], Severity.WARNING, hint=hint)
+        )
+    if found.interval is not None and length > MOST_ROWS * found.interval:
+        message = f"the experiment asks for {length / found.interval:.3g} rows, which are too many"
+        hint = f"choose a longer interval, such as `Interval={length / 500:g}`"
         session.warnings.append(
             Diagnostic("F287", message, written["interval"], Severity.WARNING, hint=hint)
         )

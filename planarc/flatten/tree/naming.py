@@ -46,9 +46,15 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
         near = Meant(name, tuple(sorted(counters)))
     # A name that is used is used again: once for a class.
     mend, kind = None if elsewhere else near, f"{where} {name}"
+    if any(_type_of(d) == "extend" for _, d in scope.instance.layout.members.values()):
+        kind = f"{where} extends"  # what that class would have brought is not known, either
     return PlanarcError(
         Once("F210", message, span, hint=elsewhere or said(near), mend=mend, kind=kind)
     )
+
+
+def _type_of(declaration: syntax.Declaration) -> str:
+    return str(declaration.type) if isinstance(declaration, syntax.Component) else ""
 
 
 def _begins_path(name: str, span: Span) -> bool:
@@ -83,6 +89,7 @@ _WHOLE = {
     **dict.fromkeys(("str", "string"), "`String`"),
     **dict.fromkeys(("yes", "on", "True", "TRUE"), "`true`"),
     **dict.fromkeys(("no", "off", "False", "FALSE"), "`false`"),
+    "extend": "`extends` to take over all that a class has",
     "world": "`inner PlanarMultiBody.World world;` among the declarations",
 }
 

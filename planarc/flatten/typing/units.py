@@ -163,6 +163,8 @@ class Checker(Struct):
         second = _PLAIN if right is None and is_plain_number(e.right) else right
         if e.op in ("/", "./") and right is None:
             second = None  # `time/2` may well mean two seconds
+        if first == second == _PLAIN and (left is None or right is None):
+            return None  # and `2*sin(phi)` two newtons
         if first is None or second is None or is_plain_number(e):
             return None
         return join(first, second)

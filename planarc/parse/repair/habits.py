@@ -129,8 +129,11 @@ def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     for at in (trouble.at, trouble.at + 1):
         pair = trouble.tokens[at - 1 : at + 1] if at else []
         sign = "".join(t.text for t in pair)
-        if sign in ("->", "<-", "=>") and pair[0].span.to(pair[1].span).text == sign:
+        if sign in ("->", "<-", "=>", "=<") and pair[0].span.to(pair[1].span).text == sign:
             message = f"`{sign}` is no operator"
+            if sign[0] == "=":
+                meant = ">=" if sign == "=>" else "<="
+                return instead(message, pair[0].span.to(pair[1].span), meant)
             hint = "write `connect(a, b)` to join components, `a = b` for an equation"
             return Diagnostic("P101", message, pair[0].span.to(pair[1].span), hint=hint)
     return None

@@ -71,7 +71,8 @@ def explain(trouble: Trouble, repair: Repair | None) -> Diagnostic:
             break
     else:
         diagnostic = expected(trouble)
-    return diagnostic if diagnostic.hint else _with_keyword(diagnostic, trouble)
+    known = diagnostic.hint or diagnostic.mend == Insert(";")
+    return diagnostic if known else _with_keyword(diagnostic, trouble)
 
 
 # Cases that have a name ----------------------------------------------------------------
@@ -168,7 +169,9 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if pair == ("ASSIGN", "EQUAL"):
         in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
         what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
-        message = f"{what} {message}"
+        kind = f"{what} {trouble.opened_index}"  # who writes one so writes all of a section so
+        hint, mend, message = f"write `{meant}`", Write(meant), f"{what} {message}"
+        return Once("P111", message, trouble.token.span, hint=hint, mend=mend, kind=kind)
     return instead(message, trouble.token.span, meant, "P111")
 
 
