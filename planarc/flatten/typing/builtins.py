@@ -48,6 +48,10 @@ def apply_builtin(name: str, arguments: Arguments, span: Span, env: Env) -> flat
         hint: Meant | str | None = Meant(name, (meant,)) if is_name(meant) else None
         if name == "der" and len(arguments) > 1:
             hint = "declare a variable for the first derivative, `v = der(x)`, and write `der(v)`"
+        if name in ("min", "max") and len(arguments) > 2:
+            hint = (
+                f"put them into a vector: `{name}({{{', '.join(a.span.text for a in arguments)}}})`"
+            )
         message = f"`{name}` takes {_wanted(rule)}, not {len(arguments)}"
         raise error("F290", message, span, hint=hint)
     for argument in arguments:

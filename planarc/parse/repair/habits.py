@@ -100,6 +100,18 @@ def _loop_of_c(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     return Diagnostic("P101", message, span, hint=f"write `for {name} in 1:n loop ... end for;`")
 
 
+def _hyphen(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `Real x-pos;`."""
+    three = trouble.tokens[max(trouble.at - 1, 0) : trouble.at + 2]
+    if [t.type == "IDENT" for t in three] != [True, False, True] or trouble.token.text != "-":
+        return None
+    span, text = three[0].span.to(three[2].span), "-".join((three[0].text, three[2].text))
+    if trouble.open_bracket is not None or span.text != text:
+        return None
+    message = f"`{text}` is no name: names have letters, digits and `_`"
+    return instead(message, span, text.replace("-", "_"))
+
+
 def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `import PlanarMultiBody as P;`."""
     words = trouble.tokens[trouble.begin : trouble.at + 2]
@@ -410,6 +422,7 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _loop_of_c,
     _assigning_operator,
     _connect_of_three,
+    _hyphen,
     _arrow,
     _colon_for_then,
     _import_as,
