@@ -284,6 +284,8 @@ def _doubt_itself(scope: Scope, left: Expr, right: Expr, span: Span) -> None:
     if left.is_symbol and left in symbols(right):
         message = f"`{left}` is given a value by itself: `{span.text}` is an equation"
         hint = f"write `pre({left})` on the right for the value before the event"
+        if left not in symbols(scope.model.table.sub(right, left)):
+            raise error("L317", message, span, hint=hint)  # no value of it meets that
         found = Diagnostic("L317", message, span, Severity.WARNING, hint=hint)
         scope.model.warnings.append(found)
 

@@ -30,7 +30,7 @@ from msgspec.structs import astuple
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import be, ticked
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, postorder
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
@@ -105,7 +105,8 @@ def check_always(
     """A symbol with StateSelect.always is a candidate, and its block has states enough.
 
     Of what is set by a `reinit` and is no state, the states from which it follows can be found
-    only where no equations have to be solved for it.
+    only where no equations have to be solved for it, or where there is one such state: a momentum
+    `p = m*v` takes the place of `v`.
     """
     wrong = []
     for step in steps:
@@ -126,7 +127,7 @@ def check_always(
         wrong += [
             _no_state(attributes[t], equations[step.residuals[0].equation], resets)
             for t in step.tears
-            if t in resets.stateless and step.residuals
+            if t in resets.stateless and step.residuals and not _replaces_one(step, resets)
         ]
         wrong += [
             _follows(attributes[a.target], equations[a.equation], resets)
@@ -137,6 +138,12 @@ def check_always(
         ]
     if wrong:
         raise PlanarcError(wrong)
+
+
+def _replaces_one(step: Step, resets: Resets) -> bool:
+    """Whether a block ties what is set to one state, or one derivative of a state, alone."""
+    within = postorder([*(r.value for r in step.residuals), *(a.value for a in step.inner)])
+    return len({e for e in within if e.is_symbol and e.name in resets.states}) == 1
 
 
 def _asked_too_much(a: Attributes, source: SourceEquation) -> Diagnostic:

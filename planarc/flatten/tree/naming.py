@@ -37,7 +37,7 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else None
     if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
         elsewhere = f"import it, or {place}"
-    near = did_you_mean(name, [*counters, *known])
+    near = did_you_mean(name, [*counters, *known]) or did_you_mean(name, ["time"])
     library = scope.session.library
     if elsewhere is None and near is None and _begins_path(name, span):
         known_ones = ticked(n for n in sorted(library.top_names()) if library.added(n) is None)

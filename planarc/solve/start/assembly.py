@@ -87,7 +87,8 @@ def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
     return np.where(beside & (moved <= least[:, None]).all(axis=0), u0, u)
 
 
-def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
+def _solve_stages(system: System, u0: Vector, held: Flags, beside: bool = False) -> Vector | None:
+    """`beside`: loops close near their guesses, or not at all."""
     u = u0.copy()
     above: Stage = [], []
     for rows, columns in system.stages:
@@ -98,10 +99,10 @@ def _solve_stages(system: System, u0: Vector, held: Flags) -> Vector | None:
                 continue
             root = solve_stage(system, u, rows, _movable(system, u, held))
         if root is None or not root.converged:
-            root = nearest_root(system, u, rows, columns, held)
+            root = nearest_root(system, u, rows, columns, held, beside)
         above = [*{*above[0], *rows}], [*{*above[1], *columns}]
         if not root.converged and _says_where(system, columns, held):
-            root = nearest_root(system, u, *above, held)
+            root = nearest_root(system, u, *above, held, beside)
         if not root.converged:
             return None
         u = _unmoved(system, u0, root.point)
@@ -142,7 +143,7 @@ def _move(
         part = min(1.0, way + step)
         trial = u.copy()
         trial[held] = (1 - part) * begin + part * wanted[held]
-        following = _solve_stages(system, trial, held)
+        following = _solve_stages(system, trial, held, beside=True)
         if following is None:
             step /= 2
             if step < 1e-3:

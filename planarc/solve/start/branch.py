@@ -62,11 +62,17 @@ class Guide(Data):
 
 
 def nearest_root(
-    system: System, u: Vector, rows: Sequence[int], columns: Sequence[int], held: Flags
+    system: System,
+    u: Vector,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    held: Flags,
+    beside: bool = False,
 ) -> newton.Root:
-    """The root's point is of all candidates; `converged` is false where none was found."""
+    """The root's point is of all candidates; `converged` is false where none was found. `beside`:
+    that of the guess alone, however far other start values are."""
     level = _Level(system, rows, [c for c in columns if not held[c]])
-    if not level.free or not rows or not level.guides:
+    if not level.free or not rows or not level.guides or beside:
         return level.solve(u)
     if system.follow and (root := level.following(u)) is not None:
         return root
