@@ -15,11 +15,7 @@ from planarc.solve.messages import trouble
 
 def loop_names(program: Program, components: Sequence[str]) -> str:
     """The loops through these components, in words; only these where they are in none."""
-    mechanism = program.mechanism
-    joints: list[Joint] = []
-    for joint in mechanism.joints if mechanism else ():
-        if joint.name in components:
-            joints += shortest_loop(mechanism, joint) if mechanism else ()
+    mechanism, joints = program.mechanism, loop_joints(program, components)
     if mechanism is None or not joints:
         return trouble.names(own_names(program, components))
     names = own_names(program, (j.name for j in joints))
@@ -30,6 +26,15 @@ def loop_names(program: Program, components: Sequence[str]) -> str:
         return trouble.names(names)
     kind = "joint" if len(names) == 1 else "joints"
     return f"{trouble.names(bars)} ({kind} {trouble.names(names)})"
+
+
+def loop_joints(program: Program, components: Collection[str]) -> list[Joint]:
+    """The joints of the loops through these components, some of them twice."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return []
+    own = (joint for joint in mechanism.joints if joint.name in components)
+    return [other for joint in own for other in shortest_loop(mechanism, joint)]
 
 
 def joints_of(program: Program, components: Collection[str]) -> list[str]:
@@ -56,11 +61,7 @@ def given_in_loop(
 ) -> str:
     """The coordinates of a loop's joints that others than it decide, with their values; e.g.
     "`crank.phi` = 3.1, which `ramp` gives"."""
-    mechanism = program.mechanism
-    if mechanism is None:
-        return ""
-    through = [j for j in mechanism.joints if j.name in components]
-    joints = dict.fromkeys(o.name for j in through for o in shortest_loop(mechanism, j))
+    joints = dict.fromkeys(joint.name for joint in loop_joints(program, components))
     solved = {c.slot for c in program.candidates}
     told = []
     for column in program.columns:
@@ -78,10 +79,7 @@ def given_in_loop(
 
 def is_closed(program: Program, components: Collection[str]) -> bool:
     """Whether one of these components is a joint in a closed loop of the mechanism."""
-    mechanism = program.mechanism
-    if mechanism is None:
-        return False
-    return any(j.name in components and shortest_loop(mechanism, j) for j in mechanism.joints)
+    return bool(loop_joints(program, components))
 
 
 def shortest_loop(mechanism: Mechanism, joint: Joint) -> list[Joint]:

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-3
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-9
-#: Residuals are least where they are perpendicular to what each unknown changes: the cosine.
-LEVEL = 1e-4
 #: Parts of a step that are tried, each half the one before; of residuals that are zero but
 #: for rounding only the whole step is.
 MOST_HALVINGS = 25
@@ -195,10 +193,7 @@ def _levenberg_marquardt(f: Residuals, z: Vector, r: Vector, iterations: int) ->
     for _ in range(iterations):
         gradient = jacobian.T @ r
         hessian = jacobian.T @ jacobian
-        squares = np.diag(hessian)
-        if (abs(gradient) <= LEVEL * _size(r) * np.sqrt(squares)).all():
-            break  # the residuals are least here, and not zero
-        diagonal = np.maximum(squares, 1e-8 * max(1e-300, float(squares.sum())))
+        diagonal = np.maximum(np.diag(hessian), 1e-8 * max(1e-300, float(np.trace(hessian))))
         step = np.linalg.lstsq(hessian + damping * np.diag(diagonal), -gradient, rcond=None)[0]
         longest = float(np.max(np.abs(step)))
         if longest > LONGEST:

@@ -29,11 +29,10 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING
-from planarc.ir.flat import StateSelect
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode
 from planarc.solve.start.stage import solve_stage
-from planarc.solve.start.system import System, gradients
+from planarc.solve.start.system import System
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -150,16 +149,17 @@ def _beside(system: System, i: int, block: BlockCode, values: Vector, free: Vect
 
 
 def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> PlanarcError:
-    from planarc.solve.messages.loops import loop_names
+    from planarc.solve.messages.loops import loop_joints, loop_names
 
     program = system.program
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]
-    joints = _joints(system, i, block, chosen)
-    loops = loop_names(program, [*joints, *(e.component for e in infos)])
+    parts = [*_joints(system, i, block, chosen), *(e.component for e in infos)]
+    concerned = {joint.name for joint in loop_joints(program, parts)} or {*parts}
+    last = next((p.name for p in reversed(program.parts) if p.name in concerned), parts[-1])
     found = Diagnostic(
         "R415",
-        f"a constraint in the loops of {loops} follows from the others in "
+        f"a constraint in the loops of {loop_names(program, parts)} follows from the others in "
         "every position: joints or bars hold the same motion twice, and their forces are "
         "not determined",
         infos[0].span if infos else None,
@@ -168,25 +168,14 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
         related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
         mend=Accept(),
     )
-    return Redundant(point_home(program, found, joints[-1] if joints else infos[0].component))
+    return Redundant(point_home(program, found, last))
 
 
 def _joints(system: System, i: int, block: BlockCode, chosen: Sequence[int]) -> list[str]:
-    """The owners of the joint coordinates that the dependent conditions tie."""
+    """The owners of the candidates that the dependent conditions tie."""
     import numpy as np
 
-    program = system.program
     matrix = np.array(system.kernel.jacobian(i), dtype=float)[list(chosen)]
-    point = np.array([system.kernel.w[c.slot] for c in program.candidates])
-    tied = [block.first + j for j in range(len(block.tears)) if np.any(np.abs(matrix[:, j]) > RANK)]
-    names = [owner(program.candidates[c].display) for c in tied]
-    dependent = [
-        f for f in program.fixed if f.select >= StateSelect.PREFER and f.height == block.height
-    ]
-    slopes = gradients(system, point, dependent)
-    names += [
-        owner(f.display)
-        for f, slope in zip(dependent, slopes, strict=True)
-        if np.any(np.abs(slope[tied]) > RANK)
-    ]
+    tied = (np.abs(matrix) > RANK).any(axis=0).nonzero()[0]
+    names = [owner(system.program.candidates[block.first + j].display) for j in tied.tolist()]
     return [n for n in dict.fromkeys(names) if n]

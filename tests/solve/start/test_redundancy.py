@@ -68,6 +68,34 @@ def test_a_third_parallel_bar_is_recognised_and_its_joints_named(backend: str) -
     assert diagnostic.hint is not None
 
 
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_third_parallel_rod_is_recognised_though_forces_have_no_solution(backend: str) -> None:
+    """The start values are those of an assembled place, with no angle to hold."""
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    text = """
+    model Stand
+      import PlanarMultiBody.{Joints, Parts};
+      inner PlanarMultiBody.World world;
+      Parts.Fixed ground[3](r={{0, 0}, {1, 0}, {2, 0}});
+      Joints.JointRR leg[3](each L=1);
+      Parts.FixedTranslation left(r={1, 0}), right(r={1, 0});
+      Parts.Body plate(m=5, I=1, r_CM={1, 0}, r(start={0.6, 0.8}), phi(start=0));
+    equation
+      connect(ground.frame_b, leg.frame_a);
+      connect(leg[1].frame_b, plate.frame_a);
+      connect(plate.frame_a, left.frame_a);
+      connect(left.frame_b, leg[2].frame_b);
+      connect(left.frame_b, right.frame_a);
+      connect(right.frame_b, leg[3].frame_b);
+    end Stand;"""
+    with pytest.raises(planarc.PlanarcError) as caught:
+        planarc.load(text).simulate(0, backend=backend)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "R415"
+    assert all(f"`leg[{i}]`" in diagnostic.message for i in (1, 2, 3))
+
+
 def test_two_parallel_bars_are_none_too_many() -> None:
     run = parallelogram(0.5, 1.0, False).simulate(0)
     assert run["highB.phi"][0] == pytest.approx(-1.0, abs=1e-7)

@@ -10,6 +10,7 @@ import pytest
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
 from planarc.solve.simulate import simulate
+from planarc.solve.start import assembly
 
 CROSSED, OPEN = -1, 1
 
@@ -187,6 +188,23 @@ def test_a_held_value_out_of_reach_tells_what_is_in_reach(tools: Any) -> None:
     assert diagnostic.code == "R412"
     assert "`revD.phi` = 0.2" in diagnostic.message
     assert "revD.phi(start = " in (diagnostic.hint or "")
+
+
+def test_other_branches_are_not_looked_for_while_a_held_value_moves(
+    tools: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of a dozen steps towards what is out of reach would try all of them."""
+    looks, beside = [], []
+    nearest = assembly.nearest_root
+
+    def counted(*given: Any) -> Any:
+        (beside if given[-1] is True else looks).append(1)
+        return nearest(*given)
+
+    monkeypatch.setattr(assembly, "nearest_root", counted)
+    test_a_held_value_out_of_reach_tells_what_is_in_reach(tools)
+    assert len(looks) <= 12
+    assert len(beside) > len(looks)
 
 
 def test_two_fixed_values_that_disagree_are_both_named(tools: Any) -> None:
