@@ -55,7 +55,8 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
 
 def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     """The user's own equations and unknowns that are too many or missing, where there are any."""
-    from planarc.structure.blame import explain_discretes, explain_misfit, find_misfit
+    from planarc.structure.blame import explain_discretes, explain_misfit
+    from planarc.structure.unmatched import find_misfit
 
     if problem.reasons:
         return problem
@@ -82,11 +83,11 @@ def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
     """The class of the user's that has too few equations."""
     from planarc.flatten.checks.balance import lacking
     from planarc.ir.places import is_own
-    from planarc.structure.blame import explain_lack
+    from planarc.structure.unmatched import find_lack
 
     if lack is None or not is_own(dae, lack.class_span):
         return ()
-    names, flows = explain_lack(dae, lack.component, lack.flows, lack.given)
+    names, flows = find_lack(dae, lack.component, lack.flows, lack.given)
     return (lacking(lack, names, flows),)
 
 

@@ -19,7 +19,7 @@ from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, Substitution, symbols
 from planarc.ir.sorted import Alias
 
-_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
+_SYMBOL = Op.SYMBOL  # as in `ir.expr`
 
 
 class Aliases:

@@ -43,7 +43,7 @@ from planarc.ir.sorted import Block
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector as Values
 
-_CONST = Op.CONST  # where it counts: an enumeration looks up its members by a function
+_CONST = Op.CONST  # as in `ir.expr`
 #: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40
 #: Least sizes of a pivot, relative to the other coefficients of its unknown, tried in turn.

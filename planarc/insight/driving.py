@@ -40,7 +40,7 @@ def find_passive(dae: Dae, joints: Collection[str]) -> tuple[str, ...]:
             _join(sets, ends)
     reached = grouped(flanges, sets.find)
     told = {d.component for d in dae.declared if d.kind == "energy"}
-    giving = {d.component for d in dae.declared if d.name == "suppliedPower"}
+    giving = dae.drives
     passive = []
     for joint in joints:
         hanging = {owner(n) for end in own.get(joint, ()) for n in reached[sets.find(end)]}

@@ -112,7 +112,7 @@ def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     joined = {owner(name) for names in dae.connections if len(names) > 1 for name in names}
     for component in mechanism.spare if mechanism.joints else ():
         part = _own(dae, component)
-        if part is not None and part.class_name != _WORLD and component not in joined:
+        if part is not None and not part.inner and component not in joined:
             yield Diagnostic(
                 "S323",
                 f"`{component}` carries nothing: nothing is connected to it",
@@ -120,9 +120,6 @@ def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 Severity.WARNING,
                 hint="connect it, or leave it out",
             )
-
-
-_WORLD = "PlanarMultiBody.World"
 
 
 def _idle(message: str, part: Part) -> Diagnostic:

@@ -107,7 +107,7 @@ def overdriven(
 ) -> tuple[str, Span | None, str] | None:
     """A sentence about several drives of one loop among components that hold too much, the place of
     the last one, and what to do."""
-    giving = {d.component for d in dae.declared if d.name == "suppliedPower"}
+    giving = dae.drives
     drives = [name for name in own_names(dae, holders) if name in giving]
     moved = [find_loop(mechanism, j) for j in mechanism.joints if j.name in holders]
     joints = own_names(dae, (j.name for loop in moved for j in loop or ()))

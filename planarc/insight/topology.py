@@ -35,7 +35,7 @@ from planarc.ir.expr import Op, below
 from planarc.ir.mechanism import Joint, Link, Mechanism
 
 _FLOWS, _POTENTIALS = zip(*FRAME, strict=True)
-_SYMBOL = Op.SYMBOL  # where it counts: an enumeration looks up its members by a function
+_SYMBOL = Op.SYMBOL  # as in `ir.expr`
 
 
 class _Relation(Data):

@@ -287,3 +287,8 @@ class Dae(Located):
     span: Span = NOWHERE
     warnings: tuple[Diagnostic, ...] = ()
     simplified: bool = False  # True where simplified forms of `homotopy` were left out
+
+    @property
+    def drives(self) -> frozenset[str]:
+        """The components that declare what power they supply."""
+        return frozenset(d.component for d in self.declared if d.name == "suppliedPower")

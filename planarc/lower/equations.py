@@ -280,12 +280,13 @@ def _actions(scope: Scope, body: Sequence[flat.Equation]) -> Iterator[dae.Action
 
 
 def _doubt_itself(scope: Scope, left: Expr, right: Expr, span: Span) -> None:
-    """Warn of `n = n + 1`, which is meant as the next value and says the same one."""
+    """Refuse `n = n + 1`, which is meant as the next value and asks for one that there is not; warn
+    of `n = n/2 + 1`, which may be meant so."""
     if left.is_symbol and left in symbols(right):
         message = f"`{left}` is given a value by itself: `{span.text}` is an equation"
         hint = f"write `pre({left})` on the right for the value before the event"
         if left not in symbols(scope.model.table.sub(right, left)):
-            raise error("L317", message, span, hint=hint)  # no value of it meets that
+            raise error("L317", message, span, hint=hint)
         found = Diagnostic("L317", message, span, Severity.WARNING, hint=hint)
         scope.model.warnings.append(found)
 

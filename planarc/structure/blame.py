@@ -1,99 +1,30 @@
 """Who is to blame where equations do not fit their unknowns, in words of the user's own model.
 
-In:   Dae             continuous equations and unknowns, as written: no alias is eliminated
-Out:  Misfit          the equations that are too many, the unknowns that nothing decides, and the
-                      equations of the user's that stand in the same part (Dulmage-Mendelsohn)
-      Diagnostics     that name them and their lines
+In:   Dae, Misfit
+Out:  Diagnostics that name equations, unknowns and their lines
 
-Which equation of an over-determined part is too many is a matter of taste: all of the library are
-taken to be right, then connections, then the user's own. Likewise an unknown of a library is taken
-to be decided before one of the user's, one that is the left side of an equation before another, and
-an input last. So a matching grows in that order, and what it leaves out is what the user hears of.
+What a user means by equations too many has many forms. Each is told by a function of its own, and
+the first that fits counts.
 
-Example: `motor.tau = 5` and `hinge.w = 2` for a hinge that a motor drives. The over-determined part
-holds some sixty equations; left out is `hinge.w = 2`, and its only rival is `motor.tau = 5`.
-
-The file is long because what a user means by equations too many has many forms; each is told by one
-short function, the first that fits.
-
-Reference: A. L. Dulmage, N. S. Mendelsohn, Canad. J. Math. 10, 1958, 517-534;
-           P. Bunus, P. Fritzson, SIMULATION 80(7-8), 2004, 321-336 (explanations by the parts).
+Example: `motor.tau = 5` and `hinge.w = 2` decide the same unknowns: 1 equation too many.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, Kind, SetDiscrete, Variable
-from planarc.ir.expr import Op, postorder, text
-from planarc.structure.graph import Rows, columns_of
-from planarc.structure.matching import Matching, find_singular_parts, match_equations
+from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.structure.places import owner_span
+from planarc.structure.unmatched import Misfit, is_own
 
 _SHOWN = 4  # equations and names in one message
 _NONE: Mapping[str, str] = {}
-
-
-class Misfit(Data):
-    """Equations and names of unknowns; empty where that kind is not off."""
-
-    too_many: tuple[Equation, ...]
-    rivals: tuple[Equation, ...]  # own equations of the same part, those too many among them
-    undecided: tuple[str, ...]
-    naming: tuple[Equation, ...]  # own equations of the part of the undecided
-    over: tuple[Equation, ...] = ()  # all of the part with too many
-
-
-def find_misfit(dae: Dae, inputs: Collection[str] = (), suspect: str | None = None) -> Misfit:
-    """Equations and unknowns that are left without a partner. `inputs` are connected to nothing;
-    `suspect` is the component whose class has too many equations by itself."""
-    number = {v.name: i for i, v in enumerate(dae.variables)}
-    rows = [_unknowns(equation, number) for equation in dae.equations]
-    ranks = [2 if is_own(dae, e) else 1 if e.generated else 0 for e in dae.equations]
-    suspects = _suspects(dae, suspect) if suspect else frozenset()
-    ranks = [3 if e in suspects else r for e, r in zip(dae.equations, ranks, strict=True)]
-    matching = _grown(rows, len(number), ranks)
-    parts = find_singular_parts(rows, len(number), matching)
-    ranks = _ranks_of_unknowns(dae, inputs)
-    free = _grown(columns_of(rows, len(number)), len(rows), ranks).exposed
-    too_many = tuple(dae.equations[e] for e in matching.exposed)
-    own = _own(dae, parts.over_equations)
-    own = tuple(e for e in own if e in suspects) or own
-    return Misfit(
-        too_many,
-        _closest(own, too_many),
-        tuple(dae.variables[v].name for v in free),
-        _own(dae, parts.under_equations),
-        tuple(dae.equations[e] for e in parts.over_equations),
-    )
-
-
-def _suspects(dae: Dae, component: str) -> frozenset[Equation]:
-    """The user's equations of a component, but for those that it shares with other classes, if it
-    has others."""
-    classes = {part.name: part.class_name for part in dae.parts}
-    cls = classes.get(component)
-    inside = [e for e in dae.equations if f"{e.component}.".startswith(f"{component}.")]
-    own = frozenset(e for e in inside if is_own(dae, e))
-    shared = {e.span for e in dae.equations if classes.get(e.component) != cls}
-    return frozenset(e for e in own if e.span not in shared) or own
-
-
-def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[Equation, ...]:
-    """The equations that say the same, or what the same variable is, where there are several."""
-    for surplus in too_many:
-        said = {surplus.left, surplus.right}
-        if len(twins := tuple(e for e in own if {e.left, e.right} == said)) > 1:
-            return twins
-    sides = {e.left for e in too_many if e.left.is_symbol}
-    same = tuple(e for e in own if e.left in sides)
-    return same if len(same) > 1 else own
 
 
 def explain_misfit(
@@ -120,90 +51,120 @@ def explain_misfit(
 
 
 def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
+    return (
+        _derived_though_set(dae, misfit.too_many)
+        or _held_though_it_moves(dae, misfit)
+        or _given_parameters(dae, misfit.too_many)
+        or _given_what_moves(dae, misfit.rivals)
+        or _moved_parameter(dae, misfit.rivals)
+        or _given_elsewhere(dae, misfit)
+        or _added_up(misfit)
+        or _surplus(dae, misfit)
+    )
+
+
+def _surplus(dae: Dae, misfit: Misfit) -> Diagnostic:
+    """The message of which none says more."""
     rivals, surplus = misfit.rivals, max(1, len(misfit.too_many))
-    if (jumping := _derived_though_set(dae, misfit.too_many)) is not None:
-        return jumping
-    if (held := _held_though_it_moves(dae, misfit)) is not None:
-        return held
-    if (given := _given_parameters(dae, misfit.too_many)) is not None:
-        return given
-    if (moving := _given_what_moves(dae, rivals) or _moved_parameter(dae, rivals)) is not None:
-        return moving
-    if len(rivals) == 1:
-        shown = rivals[0].shown
-        if not any(e.op is Op.SYMBOL for e in postorder((rivals[0].left, rivals[0].right))):
-            shown = (
-                f"`{' '.join(rivals[0].span.text.split())}`"  # of constants only values are left
-            )
-        message = f"{shown} is one equation too many: what it names is decided without it"
-        if (joined := _connected(dae, misfit)) is not None:
-            name, connection = joined
-            said = " ".join(connection.span.text.split())
-            return Diagnostic(
-                "S302",
-                f"{shown} is one equation too many: `{said}` decides `{name}`",
-                rivals[0].span,
-                hint="remove one of the two",
-                related=(Related(f"`{name}` is connected here", connection.span),),
-            )
-        shows = None if _how_to_move(dae, rivals[0], True) else _given_by_a_part(dae, misfit)
-        if shows is not None:
-            part, name = shows
-            return Diagnostic(
-                "S302",
-                f"{shown} is one equation too many: `{part}` itself says what `{name}` is",
-                rivals[0].span,
-                hint=f"remove it: `{name}` only shows what the other equations make of it",
-            )
+    alone = len(rivals) == 1
+    if alone:
+        message = (
+            f"{_named(rivals[0])} is one equation too many: what it names is decided without it"
+        )
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
-    if (
-        len(rivals) > 1
-        and len({(e.span, e.left) for e in rivals}) == 1
-        and rivals[0].left.is_symbol
-    ):
-        what, count = rivals[0].left, len(rivals)
-        return Diagnostic(
-            "S302",
-            f"the loop around this makes {count} equations, all of which decide `{what}`: "
-            f"{counted(surplus, 'equation')} too many",
-            rivals[0].span,
-            hint=f"an equation holds all the while and adds nothing up: write one, such as "
-            f"`{what} = sum(... for i in 1:{count});`, or a loop in an `algorithm`",
-        )
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
-    hint = _how_to_move(dae, last, len(rivals) == 1) if surplus == 1 else None
+    hint = _how_to_move(dae, last, alone) if surplus == 1 else None
     several = "them" if surplus >= len(rivals) else f"{surplus} of them"
-    if len(rivals) > 1 and surplus > 1:
+    if not alone and surplus > 1:
         hint = f"remove {several}, or free what they decide"
-    hint = hint or f"remove {'it' if len(rivals) == 1 else 'one of them'}, or free what it decides"
+    hint = hint or f"remove {'it' if alone else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
 
 
-def _connected(dae: Dae, misfit: Misfit) -> tuple[str, Equation] | None:
-    """The variable that an equation gives although a connection of the same part makes it equal to
-    another one, and that connection."""
+def _named(equation: Equation) -> str:
+    """An equation as it is told; of constants only, of which values are left, as it is written."""
+    if any(e.op is Op.SYMBOL for e in postorder((equation.left, equation.right))):
+        return equation.shown
+    return f"`{_written(equation)}`"
+
+
+def _written(equation: Equation) -> str:
+    return " ".join(equation.span.text.split())
+
+
+def _added_up(misfit: Misfit) -> Diagnostic | None:
+    """The message about a loop that makes several equations of one variable, as if each added to
+    it."""
+    rivals, count = misfit.rivals, len(misfit.rivals)
+    what = rivals[0].left
+    if count < 2 or len({(e.span, e.left) for e in rivals}) > 1 or not what.is_symbol:
+        return None
+    return Diagnostic(
+        "S302",
+        f"the loop around this makes {count} equations, all of which decide `{what}`: "
+        f"{counted(max(1, len(misfit.too_many)), 'equation')} too many",
+        rivals[0].span,
+        hint=f"an equation holds all the while and adds nothing up: write one, such as "
+        f"`{what} = sum(... for i in 1:{count});`, or a loop in an `algorithm`",
+    )
+
+
+def _given_elsewhere(dae: Dae, misfit: Misfit) -> Diagnostic | None:
+    """The message about the one equation too many, where a connection or a part of a library gives
+    what it gives."""
+    if len(misfit.rivals) > 1:
+        return None
     (own,) = misfit.rivals
-    for side in (s for s in (own.left, own.right) if s.is_symbol and not s.order):
+    what = f"{_named(own)} is one equation too many"
+    if (joined := _connected(dae, misfit)) is not None:
+        name, connection = joined
+        return Diagnostic(
+            "S302",
+            f"{what}: `{_written(connection)}` decides `{name}`",
+            own.span,
+            hint="remove one of the two",
+            related=(Related(f"`{name}` is connected here", connection.span),),
+        )
+    if _how_to_move(dae, own, True) or (shows := _given_by_a_part(misfit)) is None:
+        return None
+    part, name = shows
+    return Diagnostic(
+        "S302",
+        f"{what}: `{part}` itself says what `{name}` is",
+        own.span,
+        hint=f"remove it: `{name}` only shows what the other equations make of it",
+    )
+
+
+def _connected(dae: Dae, misfit: Misfit) -> tuple[str, Equation] | None:
+    """The variable that the one equation gives although a connection of the same part makes it
+    equal to another one, and that connection."""
+    for side in _given_by(misfit.rivals[0]):
         for other in misfit.over:
-            ends = [e for e in (other.left, other.right) if e.is_symbol]
-            if other.generated and side in ends and places.is_own(dae, other.span):
+            joined = other.generated and side in (other.left, other.right)
+            if joined and places.is_own(dae, other.span):
                 return side.name, other
     return None
 
 
-def _given_by_a_part(dae: Dae, misfit: Misfit) -> tuple[str, str] | None:
+def _given_by_a_part(misfit: Misfit) -> tuple[str, str] | None:
     """A part of a library that gives a variable its value, as a sensor does, and that variable,
-    which the one equation too many gives again."""
+    which the one equation gives again."""
     (own,) = misfit.rivals
-    for side in (s for s in (own.left, own.right) if s.is_symbol and not s.order):
+    for side in _given_by(own):
         part = side.name.rpartition(".")[0]
         for other in misfit.over:
             if other.component == part != own.component and other.left is side:
                 return part, side.name
     return None
+
+
+def _given_by(equation: Equation) -> Iterator[Expr]:
+    """The variables that are a side of an equation."""
+    return (s for s in (equation.left, equation.right) if s.is_symbol and not s.order)
 
 
 def _given_what_moves(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None:
@@ -235,7 +196,7 @@ def _moved_parameter(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None:
     text still has it."""
     parameters = {p.name for p in dae.parameters}
     for equation in rivals:
-        shown = " ".join(equation.span.text.split())
+        shown = _written(equation)
         shown += ")" * (shown.count("(") - shown.count(")"))  # its place ends before the last one
         for name in re.findall(r"\bder\(\s*(\w+)\s*\)", shown):
             if f"{equation.component}.{name}".removeprefix(".") in parameters:
@@ -261,8 +222,7 @@ def _held_though_it_moves(dae: Dae, misfit: Misfit) -> Diagnostic | None:
         if not (moving and constant and places.is_own(dae, equation.span)):
             continue
         for other in misfit.over:
-            symbols = postorder((other.left, other.right))
-            if any(e.op is Op.SYMBOL and e.data == (left.name, 1) for e in symbols):
+            if _moves(left.name, (other,)):
                 value, name = text(right), left.name.removeprefix(f"{equation.component}.")
                 return Diagnostic(
                     "S302",
@@ -309,8 +269,7 @@ def _derived_though_set(dae: Dae, too_many: Iterable[Equation]) -> Diagnostic | 
         text_of = "".join(equation.span.text.split())
         for name, span in set_at.items():
             if f"der({name.removeprefix(f'{equation.component}.')})" in text_of:
-                shown = " ".join(equation.span.text.split())
-                message = f"`{name}` moves by `{shown}`, so that a when cannot set it"
+                message = f"`{name}` moves by `{_written(equation)}`, so that a when cannot set it"
                 note = (Related(f"`{name}` moves here", equation.span),)
                 hint = f"let it jump: write `reinit({name}, ...)` in the when"
                 return Diagnostic("S302", message, span, hint=hint, related=note)
@@ -331,36 +290,17 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
             if givers:
                 return f"remove it: `{givers[0]}` drives `{owner}`, which decides `{side.name}`"
             driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
-            if value.op is Op.CONST and not side.order and _is_moved(dae, side.name):
+            if value.op is Op.CONST and not side.order and _moves(side.name, dae.equations):
                 start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
                 return f"to begin there, write {start}; to drive the joint, {driven}"
             return f"to drive the joint, remove the equation: {driven}"
     return None
 
 
-def _is_moved(dae: Dae, name: str) -> bool:
-    """Whether a variable has a derivative."""
-    sides = [side for e in dae.equations for side in (e.left, e.right)]
+def _moves(name: str, equations: Iterable[Equation]) -> bool:
+    """Whether equations hold the derivative of a variable."""
+    sides = (side for e in equations for side in (e.left, e.right))
     return any(e.op is Op.SYMBOL and e.data == (name, 1) for e in postorder(sides))
-
-
-def explain_lack(
-    dae: Dae, component: str, flows: Collection[str], given: Collection[str]
-) -> tuple[tuple[str, ...], bool]:
-    """What the equations of a component leave open, by names within it, and whether all of that
-    are flows of its connectors. `given` is what it has from others, by arrays as `flows`."""
-    head = f"{component}." if component else ""
-    names = [v.name for v in dae.variables if v.name.startswith(head)]
-    number = {name: i for i, name in enumerate(names)}
-    inside = [e for e in dae.equations if f"{e.component}.".startswith(head) and not e.generated]
-    arrays = [name if name in flows else name.rpartition("[")[0] or name for name in names]
-    # A flow is taken to be decided before another unknown, and what is given last.
-    ranks = [2 if a in given else 0 if a in flows else 1 for a in arrays]
-    columns = columns_of([_unknowns(e, number) for e in inside], len(names))
-    open_ones = [i for i in _grown(columns, len(inside), ranks).exposed if ranks[i] < 2]
-    return tuple(names[i].removeprefix(head) for i in open_ones), all(
-        not ranks[i] for i in open_ones
-    )
 
 
 def _undecided(names: Sequence[str], first: Variable, naming: Sequence[Equation]) -> Diagnostic:
@@ -452,42 +392,3 @@ def _given_twice(name: str, spans: Sequence[Span]) -> Diagnostic:
     hint = "give it all its values in one clause: `when ... elsewhen ... end when`"
     message = f"`{name}` gets its value in {counted(len(spans), 'place')}"
     return Diagnostic("S302", message, last, hint=hint, related=related)
-
-
-def is_own(dae: Dae, equation: Equation) -> bool:
-    """Whether an equation was written in the model's own file, and not as a connection."""
-    return not equation.generated and places.is_own(dae, equation.span)
-
-
-def _own(dae: Dae, equations: Iterable[int]) -> tuple[Equation, ...]:
-    chosen = (dae.equations[e] for e in equations)
-    return tuple(equation for equation in chosen if is_own(dae, equation))
-
-
-def _unknowns(equation: Equation, number: Mapping[str, int]) -> list[int]:
-    names = (e.name for e in postorder((equation.left, equation.right)) if e.op is Op.SYMBOL)
-    return list(dict.fromkeys(number[n] for n in names if n in number))
-
-
-def _grown(rows: Rows, columns: int, ranks: Sequence[int]) -> Matching:
-    """A maximum matching in which rows of a low rank find their partners first."""
-    found = Matching((-1,) * len(rows), (-1,) * columns)
-    for rank in sorted(set(ranks)):
-        known = [row if ranks[i] <= rank else [] for i, row in enumerate(rows)]
-        found = match_equations(known, columns, found)
-    return found
-
-
-def _ranks_of_unknowns(dae: Dae, inputs: Collection[str]) -> list[int]:
-    given = {e.left.name for e in dae.equations if e.left.is_symbol and not e.left.order}
-    sides = (s for e in dae.equations if places.is_own(dae, e.span) for s in (e.left, e.right))
-    given |= {
-        e.name for e in postorder(sides) if e.is_symbol and e.order
-    }  # a state has its equation
-
-    def rank(v: Variable) -> int:
-        if v.name in inputs:
-            return 3
-        return (1 if v.name in given else 2) if places.is_own(dae, v.span) else 0
-
-    return [rank(v) for v in dae.variables]

@@ -22,11 +22,12 @@ from planarc.ir.expr import Op, postorder, text
 from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
-from planarc.structure.blame import explain_misfit, find_misfit
+from planarc.structure.blame import explain_misfit
 from planarc.structure.graph import Rows
 from planarc.structure.grounding import find_ungrounded
 from planarc.structure.matching import Parts, find_singular_parts, match_equations
 from planarc.structure.places import owner_span
+from planarc.structure.unmatched import find_misfit, twins
 
 _SHOWN = 8  # names listed in one message
 _LONG = 150  # letters of a note, beyond which equations tell nobody anything
@@ -114,7 +115,7 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
 
 def _driven_from(dae: Dae, entry: Live) -> list[Part]:
     """The parts that drive by what an equation of the user's gives them."""
-    giving = {d.component for d in dae.declared if d.name == "suppliedPower"}
+    giving = dae.drives
     symbols = (e for e in postorder((entry.left, entry.right)) if e.op is Op.SYMBOL)
     equation = dae.equations[entry.index]
     written = (e for e in postorder((equation.left, equation.right)) if e.op is Op.SYMBOL)
@@ -312,7 +313,7 @@ def _said_twice(dae: Dae, redundant: Sequence[Equation], names: Sequence[str]) -
     """The message about two equations of the user's that are the same."""
     own = [e for e in dae.equations if not e.generated and is_own(dae, e.span)]
     for again in (e for e in redundant if e in own):
-        first = next((e for e in own if {e.left, e.right} == {again.left, again.right}), again)
+        first = twins(again, own)[0]
         if first is not again:
             return Diagnostic(
                 "S303",

@@ -19,7 +19,7 @@ from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.pantelides import Offsets
 from planarc.structure.signs import Signs
 
-_CONST = Op.CONST  # where it counts: an enumeration looks up its members by a function
+_CONST = Op.CONST  # as in `ir.expr`
 #: A number of an equation that is smaller beside another one may be nothing but rounding.
 ROUNDING = 1e-15
 

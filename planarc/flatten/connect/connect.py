@@ -236,10 +236,10 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
     """What a user means who connects a shaft or slide with a frame: the joint's own flange."""
     if not (isinstance(flange.node, Instance) and isinstance(frame.node, Instance)):
         return None
-    if set(component_names(flange.node)) not in ({"phi", "tau"}, {"s", "f"}):
-        return None
     joint = frame.node.parent
-    if not {"r", "phi", "f", "t"} <= set(component_names(frame.node)) or joint is None:
+    if _kind(flange.node) not in ("turns", "slides") or _kind(frame.node) != "frame":
+        return None
+    if joint is None:
         return None
     name, part = joint.name, flange.node.parent
     of_part = (e.node for e in part.elements.values()) if part else ()

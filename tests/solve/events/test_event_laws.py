@@ -66,6 +66,30 @@ equation
         assert result["h"][before] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_momentum_that_is_reset_takes_the_speed_with_it(backend: str) -> None:
+    """A hammer from 2 m that comes back with three tenths of its momentum."""
+    result = run(
+        """
+  parameter Real m = 50;
+  Real h(start=2, fixed=true), v(start=0, fixed=true);
+  Real p = m*v;
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h < 0 then
+    reinit(p, -0.3*pre(p));
+  end when;""",
+        backend,
+        0.8,
+    )
+    before, after = pair(result, 0)
+    assert result["v"][before] == pytest.approx(-np.sqrt(4 * G), rel=1e-7)
+    assert result["v"][after] == pytest.approx(-0.3 * result["v"][before], rel=1e-12)
+    assert result["p"] == pytest.approx(50 * result["v"], rel=1e-12, abs=1e-9)
+    risen = 0.8 - result.events[0].time
+    assert result["v"][-1] == pytest.approx(result["v"][after] - G * risen, rel=1e-7)
+
+
 @pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams", "lsoda", "scipy-bdf"])
 def test_every_solver_has_the_same_events(backend: str, solver: str) -> None:
     """A ball thrown up at 3 m/s when time >= 0.25, that lands; sampled thrice."""
