@@ -142,6 +142,10 @@ def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, en
     return select(node_of(element), part.subscripts, env, ref)
 
 
+#: Names of a vector's rows, in words of other languages.
+_COORDINATES = "xyz"
+
+
 def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     """One more identifier of a reference."""
     if isinstance(view, list):
@@ -164,6 +168,10 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
         modifier = "(".join([*names, f"{part.name}=..."]) + ")" * len(names)
         hint = f"write `{modifier}` where `{names[0]}` is declared"
         known = part.name in ("start", "fixed", "min", "max", "nominal", "unit", "stateSelect")
+        rows = _COORDINATES[: view.type.dims[0]] if view.type.dims else ""
+        if part.name in tuple(rows):
+            row = rows.index(part.name) + 1
+            hint, known = f"write `{view.name}[{row}]`: rows of vectors have numbers", True
         raise error("F213", message, ref.span, hint=hint if known else None)
     return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
 

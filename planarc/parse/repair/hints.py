@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from itertools import pairwise
 
 from msgspec.structs import replace
 
@@ -23,6 +22,7 @@ from planarc.parse.repair.expected import expected
 from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
 from planarc.parse.repair.trouble import (
     BLOCKS,
+    ELSE_IF_ENDED,
     Repair,
     StrayEnd,
     Trouble,
@@ -242,16 +242,7 @@ def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if "END" in repair.inserted and blocks:
         found = f"end {token.text}" if repair.inserted[-1] == "END" else token.text
         message = f"missing `end {BLOCKS[blocks[0]]};` before `{found}`"
-        hint, related = _else_if_hint(trouble), trouble.opening
-        return Diagnostic("P112", message, token.span, hint=hint, related=related)
-    return None
-
-
-def _else_if_hint(trouble: Trouble) -> str | None:
-    opened = trouble.opened_index
-    since = trouble.tokens[opened : trouble.at] if opened is not None else ()
-    if any(a.type == "ELSE" and b.type == "IF" for a, b in pairwise(since)):
-        return "write `elseif` for `else if`, or end both"
+        return Diagnostic("P112", message, token.span, related=trouble.opening)
     return None
 
 
@@ -291,11 +282,19 @@ def _with_keyword(diagnostic: Diagnostic, trouble: Trouble) -> Diagnostic:
     return diagnostic
 
 
-def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+def _misspelt_elseif(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     if repair and repair.inserted == ("ELSEIF",):
         word = trouble.tokens[trouble.begin]
         return Diagnostic("P101", f"expected `elseif`, not `{word.text}`", word.span)
     return None
+
+
+def _else_if(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    words = trouble.else_if
+    if words is None or not repair or repair.inserted[:3] != ELSE_IF_ENDED:
+        return None
+    message = "`else if` begins an `if` of its own, whose `end if;` is missing"
+    return Diagnostic("P112", message, words, hint="write `elseif`, or end both")
 
 
 def _end_of_text(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
@@ -392,9 +391,10 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...]
     _first_word,
     _equal_signs,
     _reserved,
+    _else_if,
     _wrong_end,
     _stray_end,
-    _else_if,
+    _misspelt_elseif,
     _nameless_end,
     _missing,
     _instead,

@@ -27,7 +27,7 @@ from planarc.parse.repair.habits import (
     other_branch,
     trailing_if,
 )
-from planarc.parse.repair.trouble import BLOCKS, Repair, Trouble
+from planarc.parse.repair.trouble import BLOCKS, ELSE_IF_ENDED, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
 _AHEAD = 8
@@ -77,7 +77,7 @@ class Place(NamedTuple):
 def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
-    special = (_misspelt_elseif, _joined_end, _stray_end, _colon, _other_branch)
+    special = (_misspelt_elseif, _else_if, _joined_end, _stray_end, _colon, _other_branch)
     left_out = (_assigned_expression, _trailing_if)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
     tries = (*special, *left_out, *others)
@@ -140,6 +140,23 @@ def _misspelt_elseif(trouble: Trouble, kinds: list[str], begin: Place) -> Repair
         return None
     stack = trouble.automaton.shift(begin.stack, "ELSEIF", begin.at)
     return Repair(("ELSEIF",), 0, stack, trouble.at, begin.at) if stack else None
+
+
+def _else_if(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """End the `if`s that are open because of an `else if`, before an `end` of something else."""
+    at, stack, inserted = trouble.at, trouble.stack, tuple[str, ...]()
+    if kinds[at - 1] != "END" or trouble.else_if is None:
+        return None
+    for _ in trouble.open_ifs:
+        for kind in ELSE_IF_ENDED:
+            following = trouble.automaton.shift(stack, kind, at)
+            if following is None:
+                return None
+            stack = following
+        inserted += ELSE_IF_ENDED
+        if trouble.automaton.shift(stack, kinds[at], at):
+            return Repair(inserted, 0, stack, at)
+    return None
 
 
 def _joined_end(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:

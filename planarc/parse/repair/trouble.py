@@ -16,6 +16,9 @@ from planarc.parse.grammar.machine import Automaton, Stack
 
 #: The words that open a block, as terminals and as written.
 BLOCKS = {"IF": "if", "FOR": "for", "WHEN": "when", "WHILE": "while"}
+_ELSE_IF = ("ELSE", "IF")
+#: What ends an `if` between an `end` and what that one closes.
+ELSE_IF_ENDED = ("IF", "SEMICOLON", "END")
 
 
 def instead(
@@ -88,6 +91,26 @@ class Trouble(NamedTuple):
     def opened(self) -> Token | None:
         index = self.opened_index
         return None if index is None else self.tokens[index]
+
+    @property
+    def open_ifs(self) -> list[int]:
+        """The `if`s that are open here, in nothing else that has an `end`, innermost first."""
+        found: list[int] = []
+        for before, item in reversed(tuple(pairwise(self.stack))):
+            named = item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
+            if named or (item.symbol in BLOCKS and item.symbol != "IF"):
+                break
+            if item.symbol == "IF":
+                found.append(item.first)
+        return found
+
+    @property
+    def else_if(self) -> Span | None:
+        """The first `else if` in the `if`s that are open here."""
+        opened = self.open_ifs
+        since = self.tokens[opened[-1] : self.at] if opened else []
+        pairs = ((a.span, b.span) for a, b in pairwise(since) if (a.type, b.type) == _ELSE_IF)
+        return next((a.to(b) for a, b in pairs), None)
 
     @property
     def opening(self) -> tuple[Related, ...]:

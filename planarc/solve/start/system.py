@@ -127,7 +127,7 @@ class System:
             values = np.concatenate([self._r[: self.initial_rows.stop], [w[s] for s in asked]])
             if not np.isfinite(values).all():
                 return None
-        if not whole and abs(values).max() > ASSEMBLED:
+        if not whole and abs(values).max(initial=0.0) > ASSEMBLED:
             return None
         if self._slots:
             values[self.fixed_rows.start : self.rows] -= self._wanted
