@@ -237,8 +237,13 @@ def fires(model: Model, name: str) -> Expr:
 
 def set_at_start(model: Model, e: dae.Equation) -> dae.When:
     """A when-clause of `initial()` that sets the discrete variable on the left."""
+    return at_start_only(model, e, set_discrete(e.left, e.right, e.span))
+
+
+def at_start_only(model: Model, e: dae.Equation, action: dae.Action) -> dae.When:
+    """A when-clause of `initial()` for an initial equation."""
     name = _named(model, model.table.symbol(dae.INITIAL), e).name
-    return dae.When(((name, (set_discrete(e.left, e.right, e.span),)),), e.span, e.component)
+    return dae.When(((name, (action,)),), e.span, e.component)
 
 
 def _named(

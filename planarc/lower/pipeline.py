@@ -13,23 +13,24 @@ Promises:  every name in an equation is a variable or parameter of the Dae, or r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
+from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
-from planarc.lower.equations import Lowered, lower_equations, lower_initial, set_at_start
+from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
+from planarc.lower.starts import start_discretes
 from planarc.lower.unassigned import warn_of_unassigned
-from planarc.lower.values import Text, Value, expr
+from planarc.lower.values import Text, Value
 from planarc.runtime.tensor import Tensor
 
 
@@ -58,7 +59,8 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     initial = lower_initial(model, source.initial_equations)
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
-    initial, discretes = _start_discretes(model, initial, classified.discretes, into)
+    equations = (*discrete, *(e for _, e in model.auxiliaries))
+    initial, discretes = start_discretes(model, initial, classified.discretes, equations, into)
     values = [v.start for v in discretes] + [p.value for p in classified.parameters]
     start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
@@ -95,68 +97,6 @@ def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]
     return {
         v.name: v.start if v.start is not None else default.get(v.kind, t.zero) for v in variables
     }
-
-
-def _start_discretes(
-    model: Model, initial: Sequence[dae.Equation], discretes: Sequence[dae.Variable], into: Lowered
-) -> tuple[list[dae.Equation], list[dae.Variable]]:
-    """`initial equation d = value` of a discrete variable is its start value.
-
-    In it other discrete variables stand for their start values. A value of unknowns is set by
-    a when-clause of `initial()`; where `d` is fixed, it is a condition for these unknowns.
-    """
-    fixed = {v.name for v in discretes if v.fixed}
-    at_start = Substitution(model.table, {model.table.time: model.table.symbol(dae.START_TIME)})
-    model.parameters.add(dae.START_TIME)
-    given: dict[str, dae.Equation] = {}
-    rest = []
-    for equation in initial:
-        left = equation.left
-        if left.op in (Op.SYMBOL, Op.PRE) and left.name in model.discretes:
-            right = at_start(equation.right)
-            if model.is_steady(right):
-                given[left.name] = replace(equation, right=right)
-            elif left.op is Op.PRE:
-                name = f"pre({left.name})"
-                message = f"the start value of `{name}` must be an expression of parameters"
-                raise error("L334", message, equation.span)
-            elif left.name in fixed:
-                rest.append(equation)
-            else:
-                into.whens.append(set_at_start(model, equation))
-        else:
-            rest.append(equation)
-    starts = _without_discretes(model, given, discretes)
-    changed = [
-        replace(v, start=starts[v.name], fixed=True) if v.name in starts else v for v in discretes
-    ]
-    return rest, changed
-
-
-def _without_discretes(
-    model: Model, given: Mapping[str, dae.Equation], discretes: Sequence[dae.Variable]
-) -> dict[str, Expr]:
-    """Start values as expressions of parameters alone."""
-    declared = _starts(model, discretes)
-    found: dict[str, Expr] = {}
-    path: list[str] = []
-
-    def start(name: str) -> Expr:
-        if name not in given:
-            return expr(declared[name])
-        if name not in found:
-            if name in path:
-                message = f"the start value of `{name}` depends on itself"
-                raise error("L335", message, given[name].span)
-            path.append(name)
-            value = given[name].right
-            read = [e for e in postorder((value,)) if e.op in (Op.SYMBOL, Op.PRE)]
-            inner = {e: start(e.name) for e in read if e.name in declared}
-            found[name] = Substitution(model.table, inner)(value)
-            path.pop()
-        return found[name]
-
-    return {name: start(name) for name in given}
 
 
 def _freeze(model: Model, parameters: Sequence[dae.Parameter]) -> Iterator[dae.Parameter]:

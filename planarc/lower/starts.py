@@ -1,0 +1,194 @@
+"""Start values of discrete variables, from the initial equations that decide them.
+
+In:   Model, initial equations, discrete variables, discrete equations, when-clauses
+Out:  the initial equations of continuous variables; discrete variables with their start values;
+      when-clauses of `initial()` for what is decided or looked at only there
+
+What when-clauses set has its start value at the start. What an equation gives has the value of
+that equation: it is followed to the variable whose value *before* the start decides it. Where
+there is none, or where two initial equations decide one variable, the run looks at the start
+whether the equation holds.
+
+Example:
+
+    initial equation                               initial equation
+      active = true;                                 pre(next) = true;
+      pre(next) = pre(now);              ->          pre(now) = true;
+    equation
+      active = now;  now = pre(next);
+
+Reference: Modelica Language Specification 3.6, section 8.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import error
+from planarc.ir import dae
+from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols
+from planarc.lower.equations import Lowered, at_start_only, set_at_start
+from planarc.lower.scope import Model
+from planarc.lower.values import expr
+
+#: A discrete Real holds what an initial equation says with this relative error.
+_ALIKE = 1e-9
+
+
+def start_discretes(
+    model: Model,
+    initial: Sequence[dae.Equation],
+    discretes: Sequence[dae.Variable],
+    equations: Sequence[dae.Equation],
+    into: Lowered,
+) -> tuple[list[dae.Equation], list[dae.Variable]]:
+    """The initial equations left over, and the discrete variables with their start values.
+
+    A value of unknowns is set by a when-clause of `initial()`; where the variable is fixed, it is a
+    condition for these unknowns. Raises PlanarcError (L334, L335).
+    """
+    starts = _Starts(model, discretes, equations, into)
+    rest = [equation for equation in initial if not starts.take(equation)]
+    values = starts.values()
+    changed = [
+        replace(v, start=values[v.name], fixed=True) if v.name in values else v for v in discretes
+    ]
+    return rest, changed
+
+
+class _Starts:
+    def __init__(
+        self,
+        model: Model,
+        discretes: Sequence[dae.Variable],
+        equations: Sequence[dae.Equation],
+        into: Lowered,
+    ) -> None:
+        table = model.table
+        self._model, self._into = model, into
+        self._declared = {v.name: v for v in discretes}
+        self._given: dict[str, dae.Equation] = {}
+        model.parameters.add(dae.START_TIME)
+        self._at_start = Substitution(table, {table.time: table.symbol(dae.START_TIME)})
+        held = dae.set_by_whens(into.whens)
+        self._sides: dict[str, list[Expr]] = {}
+        for e in equations:
+            for one, other in ((e.left, e.right), (e.right, e.left)):
+                own = one.is_symbol and one.name in model.discretes and one.name not in held
+                if own and not (e.assigned and table.pre(one.name) in postorder((other,))):
+                    self._sides.setdefault(one.name, []).append(other)
+
+    def take(self, equation: dae.Equation) -> bool:
+        """Whether the equation is about a discrete variable, and so done with."""
+        left, table = equation.left, self._model.table
+        if left.op not in (Op.SYMBOL, Op.PRE) or left.name not in self._model.discretes:
+            return False
+        right = self._followed(self._at_start(equation.right))
+        if left.is_symbol and left.name in self._sides:
+            root = self._followed(left)
+            while root.op is Op.NOT:
+                root, right = root.args[0], table.not_(right)
+            decided = root.op in (Op.SYMBOL, Op.PRE) and root.name in self._model.discretes
+            if decided and self._is_known(right):
+                self._give(root.name, replace(equation, right=right))
+                return True
+            if table.pre(left.name) in postorder((root,)) and self._is_known(right):
+                self._give(left.name, replace(equation, right=right))
+            self._look(equation, left)
+        elif self._is_known(right):
+            self._give(left.name, replace(equation, right=right))
+        elif left.op is Op.PRE:
+            name = f"pre({left.name})"
+            message = f"the start value of `{name}` must be an expression of parameters"
+            raise error("L334", message, equation.span)
+        elif self._declared[left.name].fixed:
+            return False
+        else:
+            self._into.whens.append(set_at_start(self._model, equation))
+        return True
+
+    def values(self) -> dict[str, Expr]:
+        """Start values as expressions of parameters alone."""
+        found: dict[str, Expr] = {}
+        path: list[str] = []
+
+        def start(name: str) -> Expr:
+            if name not in self._given:
+                return self._default(name)
+            if name not in found:
+                if name in path:
+                    message = f"the start value of `{name}` depends on itself"
+                    raise error("L335", message, self._given[name].span)
+                path.append(name)
+                value = self._given[name].right
+                read = [e for e in postorder((value,)) if e.op in (Op.SYMBOL, Op.PRE)]
+                inner = {e: start(e.name) for e in read if e.name in self._declared}
+                found[name] = Substitution(self._model.table, inner)(value)
+                path.pop()
+            return found[name]
+
+        return {name: start(name) for name in self._given}
+
+    def _default(self, name: str) -> Expr:
+        v, table = self._declared[name], self._model.table
+        if v.start is not None:
+            return expr(v.start)
+        return table.false if v.kind is dae.Kind.BOOLEAN else table.zero
+
+    def _followed(self, e: Expr, path: tuple[str, ...] = ()) -> Expr:
+        """The expression with discrete variables that equations give put in."""
+        inner = {
+            s: self._given_by(s, (*path, s.name))
+            for s in symbols(e)
+            if s.name in self._sides and s.name not in path
+        }
+        return Substitution(self._model.table, inner)(e)
+
+    def _given_by(self, symbol: Expr, path: tuple[str, ...]) -> Expr:
+        """What gives a variable its value: rather an expression than another name for it."""
+        sides = sorted(self._sides[symbol.name], key=lambda e: e.is_symbol)
+        ways = (self._followed(e, path) for e in sides if e.name not in path or not e.is_symbol)
+        return next((e for e in ways if not e.is_symbol or e.name not in self._sides), symbol)
+
+    def _is_known(self, e: Expr) -> bool:
+        """Whether it follows from parameters and start values."""
+        known = all(
+            n.op is not Op.EVENT
+            and not (n.is_symbol and (n.name in self._sides or n.name == dae.INITIAL))
+            for n in postorder((e,))
+        )
+        return known and self._model.is_steady(e)
+
+    def _give(self, name: str, equation: dae.Equation) -> None:
+        """Let the value before the start be what the equation says; where it is decided already,
+        one of both may decide another variable that is the same then."""
+        table, before = self._model.table, self._given.get(name)
+        declared = self._declared[name]
+        if before is None and declared.fixed and declared.start is not None:
+            value = expr(declared.start)
+            before = replace(equation, left=table.pre(name), right=value)
+        if before is None:
+            self._given[name] = equation
+            return
+        for one, other in ((before, equation), (equation, before)):
+            same = one.right
+            lone = same.op in (Op.SYMBOL, Op.PRE) and same.name in self._declared
+            if lone and same.name != name and same.name not in self._given:
+                self._given[same.name] = replace(one, left=same, right=table.pre(name))
+                self._given[name] = other
+                return
+        if before.right is not equation.right:
+            self._look(equation, table.pre(name))
+
+    def _look(self, equation: dae.Equation, left: Expr) -> None:
+        """Look at the start whether the equation holds."""
+        table, right = self._model.table, equation.right
+        holds = table.equal(left, right)
+        if self._declared[left.name].kind is dae.Kind.REAL:
+            size = table.mul(table.const(_ALIKE), table.call("abs", right))
+            holds = table.less_equal(table.call("abs", table.sub(left, right)), size)
+        message = dae.Message((f"the initial equation {equation.shown} does not hold",))
+        told = dae.Assertion(holds, message, component=equation.component, span=equation.span)
+        self._into.whens.append(at_start_only(self._model, equation, told))
