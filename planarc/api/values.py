@@ -179,7 +179,8 @@ def _scalars(
                 Diagnostic(
                     "C201",
                     f"`{name}` is a variable, not a parameter",
-                    hint=f'give its start value: start={{"{name}": ...}}',
+                    hint=f"give its start value: `--set {name}.start=...` (in Python "
+                    f'`start={{"{name}": ...}}`)',
                 )
             )
         else:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Ungiven, Varies, error
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Ungiven, Varies, error
 from planarc.core.source import Span
 
 
@@ -27,6 +27,10 @@ class TooLarge(PlanarcError):
 
 class NotThere(PlanarcError):
     """A conditional component whose condition is false (F215)."""
+
+
+class TurnOnce(Once):
+    """An index in one turn of a loop, told of one of the arrays that have it."""
 
 
 class OutOfRange(PlanarcError):

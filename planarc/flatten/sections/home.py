@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.source import Span
-from planarc.flatten.refusal import OutOfRange
+from planarc.flatten.refusal import OutOfRange, TurnOnce
 from planarc.flatten.tree.nodes import Instance
 from planarc.ir.flat import Part
 from planarc.ir.places import is_own
@@ -65,7 +65,7 @@ def homewards(found: Diagnostic, instance: Instance) -> Diagnostic:
         return found
     there = Related(f"this stands in `{own.cls.name}`", found.span, detail=True)
     related = (*found.related, there)
-    if type(found) is not Diagnostic:
+    if type(found) not in (Diagnostic, TurnOnce):
         return replace(found, span=own.span, related=related)
     hint = f"check the values and sizes that `{own.name}` is given"
     return FromLibrary(found.code, found.message, own.span, found.severity, hint, related)

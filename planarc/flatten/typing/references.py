@@ -24,7 +24,13 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
 from planarc.core.prose import counted, listed
 from planarc.core.source import Span
-from planarc.flatten.refusal import NotThere, OutOfRange, unknown_value, unsupported
+from planarc.flatten.refusal import (
+    NotThere,
+    OutOfRange,
+    TurnOnce,
+    unknown_value,
+    unsupported,
+)
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup
@@ -267,7 +273,10 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
         here = f"this is at {listed(at)}: let the loop run over"
         hint = f"{hint}; {here} others" if hint else f"{here} fewer values"
     message = f"the index {index} of `{name}` is outside of 1 to {size}"
-    return OutOfRange(Diagnostic("F219", message, span, hint=hint))
+    if not at:
+        return OutOfRange(Diagnostic("F219", message, span, hint=hint))
+    turn = f"{span.source.name}:{span.line} {index} {at}"  # its other arrays follow from one
+    return OutOfRange(TurnOnce("F219", message, span, hint=hint, kind=turn))
 
 
 def _select(node: Family, chosen: Sequence[Chosen], k: int, offset: int) -> View:

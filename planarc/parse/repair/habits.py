@@ -15,10 +15,11 @@ from collections.abc import Callable
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Once
-from planarc.core.mend import Insert, Write
+from planarc.core.mend import Write
 from planarc.core.quantity import in_unit
 from planarc.core.unit import parse, unit_text
 from planarc.parse.grammar.lexer import Token
+from planarc.parse.repair.declarations import DECLARATIONS
 from planarc.parse.repair.trouble import Repair, Trouble, instead
 
 
@@ -100,37 +101,13 @@ def _loop_of_c(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     return Diagnostic("P101", message, span, hint=f"write `for {name} in 1:n loop ... end for;`")
 
 
-def _hyphen(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `Real x-pos;`."""
-    three = trouble.tokens[max(trouble.at - 1, 0) : trouble.at + 2]
-    if [t.type == "IDENT" for t in three] != [True, False, True] or trouble.token.text != "-":
-        return None
-    span, text = three[0].span.to(three[2].span), "-".join((three[0].text, three[2].text))
-    if trouble.open_bracket is not None or span.text != text:
-        return None
-    message = f"`{text}` is no name: names have letters, digits and `_`"
-    return instead(message, span, text.replace("-", "_"))
-
-
-def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `import PlanarMultiBody as P;`."""
-    words = trouble.tokens[trouble.begin : trouble.at + 2]
-    begins = [k for k, word in enumerate(words) if word.type == "IMPORT"]
-    if trouble.token.text != "as" or not begins or words[-1].type != "IDENT":
-        return None
-    path = words[begins[-1] + 1].span.to(words[-3].span).text
-    message = "an import gives another name with `=`, not with `as`"
-    hint = f"write `import {words[-1].text} = {path};`"
-    return Diagnostic("P101", message, trouble.token.span, hint=hint)
-
-
 def _connect_of_three(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `connect(a, b, c)`."""
     bracket = trouble.open_bracket
     words = trouble.tokens[trouble.begin : trouble.at]
     if trouble.token.text != "," or not words or words[0].type != "CONNECT":
         return None
-    if bracket is not words[1]:
+    if bracket is None or bracket is not words[1]:
         return None
     hint = "write one `connect` for each pair"
     return Diagnostic("P101", "`connect` joins two connectors", trouble.token.span, hint=hint)
@@ -316,53 +293,6 @@ def _value_of_return(trouble: Trouble, repair: Repair | None) -> Diagnostic | No
     return Once("P101", message, trouble.token.span, hint=hint, kind="return")
 
 
-def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `bar(SI.Mass m=1)` and `contact(Circle contour1)`."""
-    name, previous, opened = trouble.token, trouble.previous, trouble.open_bracket
-    if name.type != "IDENT" or previous is None or previous.type != "IDENT" or not opened:
-        return None
-    first = trouble.at - 1
-    while trouble.tokens[first - 1].type == "DOT":
-        first -= 2
-    if opened.text != "(" or trouble.tokens[first - 1].text not in ("(", ",", "each", "final"):
-        return None
-    type_ = trouble.tokens[first].span.to(previous.span)
-    if not previous.text[0].isupper():
-        return None
-    kind = f"type {opened.span.start}"
-    if trouble.tokens[trouble.at + 1].text == "=":
-        message = f"a modifier names what `{name.text}` is to be, without its type"
-        hint = f"leave `{type_.text}` out: write `{name.text}=...`"
-        return Once("P101", message, type_, hint=hint, kind=kind)
-    message = f"another class for `{name.text}` is said with `redeclare`"
-    hint = f"write `redeclare {type_.text} {name.text}`"
-    return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
-
-
-def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
-    """Explain `parameter Real m = 1 (unit="kg")`, with parentheses or without."""
-    following = [t.type for t in trouble.tokens[trouble.at : trouble.at + 4]]
-    bare = trouble.token.text in _ATTRIBUTES and following[1:2] == ["EQUAL"]
-    if "EACH" in following[1:2]:
-        del following[1]
-    if not bare and following[:3] != ["LPAR", "IDENT", "EQUAL"]:
-        return None
-    if trouble.open_bracket is not None:
-        return None
-    since = trouble.tokens[trouble.begin : trouble.at]
-    if "EQUAL" not in (t.type for t in since):
-        return None
-    pairs = [(a.text, b.type) for a, b in pairwise(since) if a.type == "IDENT"]
-    names = [name for name, after in pairs if after in ("EQUAL", "LSQB")] or ["x"]
-    message = "modifiers stand before the value"
-    inside = f"{trouble.token.text}=..." if bare else "..."
-    hint = f"write them behind the name: `{names[-1]}({inside}) = ...`"
-    return Diagnostic("P101", message, trouble.token.span, hint=hint)
-
-
-_ATTRIBUTES = frozenset(("unit", "displayUnit", "start", "fixed", "min", "max", "nominal"))
-
-
 def _row_of_spaces(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `[0 1; 2 3]`."""
     opened, previous, token = trouble.open_bracket, trouble.previous, trouble.token
@@ -415,21 +345,18 @@ _SI = frozenset(("m", "kg", "s", "N", "Nm", "rad", "Hz", "J", "W", "K", "Pa", "V
 
 OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
     _joined_end,
-    _modifier_behind_value,
+    *DECLARATIONS,
     _power_sign,
     _bare_fraction,
     _decimal_comma,
     _loop_of_c,
     _assigning_operator,
     _connect_of_three,
-    _hyphen,
     _arrow,
     _colon_for_then,
-    _import_as,
     _assigned_expression,
     _trailing_if,
     _other_branch,
     _value_of_return,
-    _type_in_a_modifier,
     _row_of_spaces,
 )

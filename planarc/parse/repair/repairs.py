@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from planarc.parse.grammar.machine import Stack
+from planarc.parse.repair.declarations import import_from, modified_type
 from planarc.parse.repair.habits import (
     assigned_expression,
     find_colon,
@@ -78,7 +79,7 @@ def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
     special = (_misspelt_elseif, _else_if, _joined_end, _stray_end, _colon, _other_branch)
-    left_out = (_assigned_expression, _trailing_if)
+    left_out = (_modified_type, _import_from, _assigned_expression, _trailing_if)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
     tries = (*special, *left_out, *others)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
@@ -235,6 +236,24 @@ def _other_branch(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | 
     for kind in inserted:
         stack = trouble.automaton.shift(stack, kind, trouble.at) if stack else None
     return Repair(inserted, 1, stack, trouble.at + 1) if stack else None
+
+
+def _modified_type(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out the modifiers of `Real(min=0) x`."""
+    end = modified_type(trouble)
+    if end is None:
+        return None
+    return Repair((), end + 1 - trouble.at, trouble.stack, end + 1)
+
+
+def _import_from(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out `from A import B;`."""
+    first = import_from(trouble)
+    if first is None or "SEMICOLON" not in kinds[trouble.at :]:
+        return None
+    after = kinds.index("SEMICOLON", trouble.at) + 1
+    stack = tuple(item for item in trouble.stack if item.first < first)
+    return Repair((), after - trouble.at, stack, after, first)
 
 
 def _assigned_expression(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:

@@ -1,0 +1,153 @@
+"""What writers of declarations and imports bring along from other languages.
+
+In:   Trouble, Repair   as for `habits`
+Out:  Diagnostic        None where it is something else
+
+Example: `Real(min=0) x` is no declaration; what is meant is `Real x(min=0)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from planarc.core.diagnostic import Diagnostic, Once
+from planarc.core.mend import Insert
+from planarc.parse.repair.trouble import Repair, Trouble, instead
+
+#: Letters of modifiers that a hint repeats.
+_SHORT = 30
+_ATTRIBUTES = frozenset(("unit", "displayUnit", "start", "fixed", "min", "max", "nominal"))
+
+
+def modified_type(trouble: Trouble) -> int | None:
+    """The bracket that ends the modifiers of a type, where a name follows."""
+    tokens, at = trouble.tokens, trouble.at
+    kinds = [t.type for t in tokens[at - 1 : at + 3]] if at else []
+    if kinds != ["IDENT", "LPAR", "IDENT", "EQUAL"]:
+        return None
+    depth = 0
+    for end in range(at, len(tokens)):
+        depth += (tokens[end].type == "LPAR") - (tokens[end].type == "RPAR")
+        if not depth:
+            return end if tokens[end + 1].type == "IDENT" else None
+        if tokens[end].type == "SEMICOLON":
+            break
+    return None
+
+
+def _modified_type(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `Real(min=0) x;`."""
+    end = modified_type(trouble)
+    if end is None:
+        return None
+    tokens = trouble.tokens
+    span = trouble.token.span.to(tokens[end].span)
+    inside = span.text if len(span.text) < _SHORT else "(...)"
+    hint = f"write `{tokens[trouble.at - 1].text} {tokens[end + 1].text}{inside}`"
+    return Diagnostic("P101", "modifiers stand behind the name", span, hint=hint)
+
+
+def import_from(trouble: Trouble) -> int | None:
+    """The place of the `from` in `from A.B import C`."""
+    first = trouble.at - 1
+    while first > 0 and trouble.tokens[first - 1].type == "DOT":
+        first -= 2
+    begins = first > 0 and trouble.tokens[first - 1].text == "from"
+    return first - 1 if begins and trouble.token.type == "IMPORT" else None
+
+
+def _import_from(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `from PlanarMultiBody import Parts, Joints;`."""
+    tokens, first = trouble.tokens, import_from(trouble)
+    if first is None:
+        return None
+    path = tokens[first + 1].span.to(tokens[trouble.at - 1].span).text
+    names = []
+    for token in tokens[trouble.at + 1 :]:
+        if token.type == "SEMICOLON":
+            break
+        names.append(token.text)
+    what = "".join(names).replace(",", ", ")
+    what = what if len(names) == 1 else f"{{{what}}}"
+    message = "an import begins with `import`, and its names follow the package"
+    span = tokens[first].span.to(trouble.token.span)
+    return Diagnostic("P101", message, span, hint=f"write `import {path}.{what};`")
+
+
+def _hyphen(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `Real x-pos;`."""
+    three = trouble.tokens[max(trouble.at - 1, 0) : trouble.at + 2]
+    if [t.type == "IDENT" for t in three] != [True, False, True] or trouble.token.text != "-":
+        return None
+    span, text = three[0].span.to(three[2].span), "-".join((three[0].text, three[2].text))
+    if trouble.open_bracket is not None or span.text != text:
+        return None
+    message = f"`{text}` is no name: names have letters, digits and `_`"
+    return instead(message, span, text.replace("-", "_"))
+
+
+def _import_as(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `import PlanarMultiBody as P;`."""
+    words = trouble.tokens[trouble.begin : trouble.at + 2]
+    begins = [k for k, word in enumerate(words) if word.type == "IMPORT"]
+    if trouble.token.text != "as" or not begins or words[-1].type != "IDENT":
+        return None
+    path = words[begins[-1] + 1].span.to(words[-3].span).text
+    message = "an import gives another name with `=`, not with `as`"
+    hint = f"write `import {words[-1].text} = {path};`"
+    return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
+def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `parameter Real m = 1 (unit="kg")`, with parentheses or without."""
+    following = [t.type for t in trouble.tokens[trouble.at : trouble.at + 4]]
+    bare = trouble.token.text in _ATTRIBUTES and following[1:2] == ["EQUAL"]
+    if "EACH" in following[1:2]:
+        del following[1]
+    if not bare and following[:3] != ["LPAR", "IDENT", "EQUAL"]:
+        return None
+    if trouble.open_bracket is not None:
+        return None
+    since = trouble.tokens[trouble.begin : trouble.at]
+    if "EQUAL" not in (t.type for t in since):
+        return None
+    pairs = [(a.text, b.type) for a, b in pairwise(since) if a.type == "IDENT"]
+    names = [name for name, after in pairs if after in ("EQUAL", "LSQB")] or ["x"]
+    message = "modifiers stand before the value"
+    inside = f"{trouble.token.text}=..." if bare else "..."
+    hint = f"write them behind the name: `{names[-1]}({inside}) = ...`"
+    return Diagnostic("P101", message, trouble.token.span, hint=hint)
+
+
+def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `bar(SI.Mass m=1)` and `contact(Circle contour1)`."""
+    name, previous, opened = trouble.token, trouble.previous, trouble.open_bracket
+    if name.type != "IDENT" or previous is None or previous.type != "IDENT" or not opened:
+        return None
+    first = trouble.at - 1
+    while trouble.tokens[first - 1].type == "DOT":
+        first -= 2
+    if opened.text != "(" or trouble.tokens[first - 1].text not in ("(", ",", "each", "final"):
+        return None
+    type_ = trouble.tokens[first].span.to(previous.span)
+    if not previous.text[0].isupper():
+        return None
+    kind = f"type {opened.span.start}"
+    if trouble.tokens[trouble.at + 1].text == "=":
+        message = f"a modifier names what `{name.text}` is to be, without its type"
+        hint = f"leave `{type_.text}` out: write `{name.text}=...`"
+        return Once("P101", message, type_, hint=hint, kind=kind)
+    message = f"another class for `{name.text}` is said with `redeclare`"
+    hint = f"write `redeclare {type_.text} {name.text}`"
+    return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
+
+
+DECLARATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    _modifier_behind_value,
+    _modified_type,
+    _import_from,
+    _import_as,
+    _hyphen,
+    _type_in_a_modifier,
+)
