@@ -6,8 +6,8 @@ Out:  warnings S320 and S321; S321 as the one error where the equations do not f
 
 Frames that a component has, and frames that are connected, hang together; a group in which no
 frame stands still floats. A spring joins its ends as well as a joint does, so a body that hangs by
-springs does not float. Who writes start values for a body that floats means it to fly freely, and
-so does who holds it by `FreeMotion`.
+springs does not float; one that hangs on a sensor does. Who writes start values for a body that
+floats means it to fly freely, and so does who holds it by `FreeMotion`.
 
 Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at rest, but
 `revA.frame_a` is connected to nothing: crank, coupler and rocker float.
@@ -15,7 +15,7 @@ Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 
 from planarc.core.data import Data
@@ -26,6 +26,7 @@ from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, grouped, owner
 from planarc.insight.facts import count_text
 from planarc.insight.idle import idle_parts
+from planarc.insight.sensors import find_sensors
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.flat import StateSelect
@@ -36,10 +37,13 @@ _SHOWN = 6
 
 class Group(Data):
     """Components that hang together and not on the ground. `open` are frames of theirs to which
-    nothing is connected."""
+    nothing is connected; `sensors` are connected to them. `instead`: a frame of theirs, that on
+    the other side of a sensor, and the sensor, which stands where these should be connected."""
 
     components: tuple[str, ...]
     open: tuple[str, ...]
+    sensors: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()
 
 
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
@@ -67,7 +71,9 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     connections = [tuple(c for c in names if c in known) for names in dae.connections]
     held = ("", *mechanism.links[0].frames, *_on_ground(mechanism))
     # Frames inside of one component of the model belong together, connected or not.
-    inside = (*grouped(frames, owner).values(), *grouped(frames, _part).values())
+    sensors = find_sensors(dae)
+    carrying = [f for f in frames if owner(f) not in sensors]
+    inside = (*grouped(carrying, owner).values(), *grouped(carrying, _part).values())
     for together in (*inside, *connections, held):
         for other in together[1:]:
             sets.join(together[0], other)
@@ -75,11 +81,30 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     loose = (frame for frame in frames if sets.find(frame) != sets.find(""))
     groups = grouped(loose, sets.find)
     moving = find_moving(dae) if groups else frozenset()
-    return tuple(
-        Group(components, tuple(f for f in group if f not in connected))
-        for group in groups.values()
-        if moving.intersection(components := tuple(dict.fromkeys(map(owner, group))))
-    )
+    found = []
+    for group in groups.values():
+        components = tuple(dict.fromkeys(owner(f) for f in group if owner(f) not in sensors))
+        if moving.intersection(components):
+            ends = tuple(f for f in group if f not in connected and owner(f) not in sensors)
+            beside = tuple(dict.fromkeys(owner(f) for f in group if owner(f) in sensors))
+            instead = _instead(dae, frozenset(group), {s: sensors[s] for s in beside})
+            found.append(Group(components, ends, beside, instead))
+    return tuple(found)
+
+
+def _instead(
+    dae: Dae, group: frozenset[str], sensors: Mapping[str, Sequence[str]]
+) -> tuple[str, ...]:
+    """The frames that one of the sensors keeps apart, of which one is in the group."""
+    for sensor, ends in sensors.items():
+        at: dict[bool, list[str]] = {}  # by whether it is in the group
+        for names in dae.connections:
+            if not {*ends}.isdisjoint(names):
+                near = (n for n in names if owner(n) not in sensors and n.count(".") == 1)
+                at.setdefault(not group.isdisjoint(names), []).extend(near)
+        if at.get(True) and at.get(False):
+            return at[True][0], at[False][0], sensor
+    return ()
 
 
 def _on_ground(mechanism: Mechanism) -> Iterator[str]:
@@ -106,13 +131,55 @@ def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
     if len({_part(c) for c in group.components}) > 1:
         return _unheld(dae, mechanism, group, set(group.components), Severity.WARNING)
     name = _part(group.components[0])
+    held = f"nothing is connected to `{name}`"
+    if group.sensors:
+        held = _hang([name], group)
     return Diagnostic(
         "S320",
-        f"nothing is connected to `{name}`: it falls freely beside the mechanism",
-        place(dae, name),
+        f"{held}: it falls freely beside the mechanism",
+        place(dae, _part(group.sensors[0]) if group.instead else name),
         Severity.WARNING,
-        hint="connect it; if it is meant to fly freely, write start values for it",
+        hint=f"{_beside(group) or 'connect it'}; if it is meant to fly freely, write "
+        "start values for it",
     )
+
+
+def hung_on_sensor(
+    dae: Dae, mechanism: Mechanism, undetermined: Iterable[str]
+) -> Diagnostic | None:
+    """The error about bodies that hang on nothing but a sensor, whose values nothing determines:
+    what is before the sensor lacks their mass."""
+    loose = {owner(name) for name in undetermined}
+    for group in find_floating(dae, mechanism):
+        if group.instead and not loose.isdisjoint(group.sensors):
+            names = list(dict.fromkeys(map(_part, group.components)))
+            joints = [f"`{j.name}`" for j in mechanism.joints if j.name in loose]
+            move = "moves" if len(joints) == 1 else "move"
+            behind = f": nothing that {listed(joints)} {move} has a mass" if joints else ""
+            return Diagnostic(
+                "S303",
+                f"{_hang(names, group)}{behind}",
+                place(dae, _part(group.sensors[0])),
+                hint=_beside(group),
+            )
+    return None
+
+
+def _hang(names: Sequence[str], group: Group) -> str:
+    sensors = list(dict.fromkeys(map(_part, group.sensors)))
+    hold = "are sensors and hold" if len(sensors) > 1 else "is a sensor and holds"
+    return (
+        f"{shortened([f'`{n}`' for n in names], _SHOWN)} {'hang' if len(names) > 1 else 'hangs'} "
+        f"on {listed(f'`{n}`' for n in sensors)} alone, which {hold} nothing"
+    )
+
+
+def _beside(group: Group) -> str:
+    """What to connect in the place of a sensor; nothing where no sensor stands in series."""
+    if not group.instead:
+        return ""
+    near, far, sensor = group.instead
+    return f"connect `{near}` to `{far}`, and `{_part(sensor)}` beside them"
 
 
 def _unheld(
@@ -135,6 +202,8 @@ def _unheld(
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
+    if group.instead:
+        first, message, hint = group.sensors[0], _hang(names, group), _beside(group)
     return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
 
 

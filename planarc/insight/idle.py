@@ -21,6 +21,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
 from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
+from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.flat import Part, StateSelect
@@ -74,13 +75,7 @@ def _inside_links(
 
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     """Sensors that read places, but no angles, of two frames with the same place."""
-    frames = [f for link in mechanism.links for f in link.frames]
-    zero = _zeros(dae)
-    pairs = [
-        (component, ends)
-        for component, ends in grouped(frames, owner).items()
-        if len(ends) == 2 and all(f"{e}.{f}" in zero for e in ends for f in _FLOWS)
-    ]
+    pairs = [(component, ends) for component, ends in find_sensors(dae).items() if len(ends) == 2]
     tied = _tied(dae) if pairs else None
     inside = {*mechanism.inside}
     for component, ends in pairs:
@@ -175,11 +170,6 @@ def _are_tied(sets: DisjointSets[str], first: str, second: str) -> bool:
     return first in sets and second in sets and sets.find(first) == sets.find(second)
 
 
-def _zeros(dae: Dae) -> set[str]:
-    """The unknowns that an equation says to be 0."""
-    return {e.left.name for e in dae.equations if e.right is dae.table.zero and e.left.is_symbol}
-
-
 def _read_by(dae: Dae, component: str) -> set[str]:
     """The names in a component's own equations."""
     sides = [s for e in dae.equations if e.component == component for s in (e.left, e.right)]
@@ -187,8 +177,9 @@ def _read_by(dae: Dae, component: str) -> set[str]:
 
 
 def _ends_together(dae: Dae, frames: Mapping[str, int]) -> Iterator[Diagnostic]:
+    outside = frames.keys() - hidden_connectors(dae)
     for names in dae.connections:
-        for component, ends in grouped((n for n in names if n in frames), owner).items():
+        for component, ends in grouped((n for n in names if n in outside), owner).items():
             part = _own(dae, component) if len(ends) > 1 else None
             if part is not None:
                 yield Diagnostic(
@@ -209,7 +200,7 @@ def _free_beside_joints(
     ends_of = grouped((f for f in link_of if owner(f) in wanted), owner)
     if not ends_of:
         return
-    zero = _zeros(dae)
+    zero = zeros(dae)
     joined = DisjointSets(range(len(mechanism.links)))
     for joint in mechanism.joints:
         for other in joint.links[1:]:

@@ -5,8 +5,10 @@ In:   Dae, Mechanism (None where there are no frames); the unknowns that nothing
 Out:  the one message that takes the place of those about equations; None where they say it best
 
     a joint that is bridged   its frames are one rigid part, by other connections
+    a body hung on a sensor   which holds nothing (`attachment`)
     an end left open          a frame or flange is connected to nothing, and its component cannot do
                               without
+    a joint without load      what it moves has no mass
 
 A group of parts without ground comes before both (`attachment`).
 
@@ -22,8 +24,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
-from planarc.insight.attachment import place
+from planarc.insight.attachment import hung_on_sensor, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
+from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
+from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
@@ -40,7 +44,7 @@ def explain_misfit(
         return _bridged(dae, mechanism, mechanism.bridged[0])
     if mechanism is not None and (ends := _together(dae)):
         part = owner(ends[0])
-        if hidden := [end for end in ends if _is_hidden(dae, end)]:
+        if hidden := hidden_connectors(dae).intersection(ends):
             frame = next((end for end in ends if end not in hidden), ends[0])
             return Diagnostic(
                 "S303",
@@ -54,7 +58,9 @@ def explain_misfit(
             place(dae, part.partition(".")[0]),
             hint="connect one of them to another part",
         )
-    return _left_open(dae, undetermined, givers)
+    hung = None if mechanism is None else hung_on_sensor(dae, mechanism, undetermined)
+    told = hung or _left_open(dae, undetermined, givers)
+    return told or (None if mechanism is None else _massless(dae, mechanism, undetermined))
 
 
 def part_of_others(dae: Dae) -> Diagnostic | None:
@@ -215,11 +221,6 @@ def _together(dae: Dae) -> tuple[str, ...]:
     return ()
 
 
-def _is_hidden(dae: Dae, frame: str) -> bool:
-    """Whether a frame is protected, so that its component itself connects it."""
-    return any(v.protected for v in dae.variables if owner(v.name) == frame)
-
-
 def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
     ends = [name for name in find_frames(v.name for v in dae.variables) if owner(name) == joint]
     together = next((c for c in dae.connections if len({*ends}.intersection(c)) > 1), ())
@@ -261,7 +262,9 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     names = find_connectors(v.name for v in dae.variables)
     inside = {owner(name) for name in names}  # a part with a flange and variables as those of one
     ends = [n for n in names if owner(n) in parts and n not in connected and n not in inside]
-    ends = [n for n in ends if not _is_hidden(dae, n)] or ends
+    hidden, zero = hidden_connectors(dae), zeros(dae)
+    ends = [n for n in ends if not all(f"{n}.{position}" in zero for _, position in names[n])]
+    ends = [n for n in ends if n not in hidden] or ends
     if not ends:
         return None
     shown = shortened([f"`{name}`" for name in ends], _SHOWN)
@@ -287,6 +290,29 @@ def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
     frames = find_frames(v.name for v in dae.variables)
     return any(owner(n) in frames and owner(n) not in connected for n in undetermined)
+
+
+def _massless(dae: Dae, mechanism: Mechanism, undetermined: Iterable[str]) -> Diagnostic | None:
+    """The message about a joint whose motion nothing determines, and that moves parts without
+    mass."""
+    loose = {owner(name) for name in undetermined}
+    sensors = find_sensors(dae).keys()
+    heavy = find_moving(dae) - sensors - {joint.name for joint in mechanism.joints}
+    for joint in (j for j in mechanism.joints if j.name in loose):
+        for link in (mechanism.links[i] for i in joint.links if i != GROUND):
+            owners = [owner(f) for f in link.frames if owner(f) not in sensors]
+            parts = [n for n in own_names(dae, owners) if n != joint.name]
+            if not parts or not heavy.isdisjoint(owners):
+                continue
+            shown = listed([f"`{n}`" for n in parts[:_SHOWN]])
+            return Diagnostic(
+                "S303",
+                f"nothing that `{joint.name}` moves has a mass: {shown} {be(len(parts))} without, "
+                f"so that nothing determines how `{joint.name}` moves",
+                place(dae, joint.name),
+                hint=f"give `{parts[0]}` a mass, or connect a body with mass to it",
+            )
+    return None
 
 
 def _own(dae: Dae, components: Iterable[str]) -> set[str]:

@@ -55,18 +55,17 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
     groups = _relations(dae, frames)
     links = _Links(frames, dae.connections)
     alone = links.alone()
+    standing = {f for r in groups.values() for f in _standing(r)}
     for relations in groups.values():
         for pair in combinations(sorted({f for r in relations for f in r.frames}), 2):
-            if _conditions(relations, pair) >= 3:
+            if _conditions(relations, pair) - _BODY * sum(f in standing for f in pair) >= _BODY:
                 links.join(pair)
-    for relations in groups.values():
-        for frame in {f for r in relations for f in r.frames}:
-            if _conditions(relations, (frame,)) >= 3:
-                links.join((_GROUND, frame))
-    found = _mechanism(frames, groups, links, _massive(dae, links.alone()))
+    for frame in (f for f in frames if f in standing):
+        links.join((_GROUND, frame))
+    found = _mechanism(frames, groups, links, standing, _massive(dae, links.alone()))
     passive = find_passive(dae, [joint.name for joint in found.joints])
-    standing = (f.rpartition(".")[0] for f in alone if links.root(f) == links.root(_GROUND))
-    return replace(found, passive=passive, spare=tuple(standing))
+    spare = (f.rpartition(".")[0] for f in alone if links.root(f) == links.root(_GROUND))
+    return replace(found, passive=passive, spare=tuple(spare))
 
 
 def find_moving(dae: Dae) -> frozenset[str]:
@@ -80,6 +79,7 @@ def find_moving(dae: Dae) -> frozenset[str]:
 
 #: The frame of whatever does not move.
 _GROUND = ""
+_BODY = 3  # motions of a body in the plane, and the conditions that hold it
 
 
 class _Links:
@@ -171,10 +171,17 @@ def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:
     return sum(not place(i, set()) for i in range(len(inside)))
 
 
+def _standing(relations: Sequence[_Relation]) -> set[str]:
+    """The frames of a component that it holds by itself, whatever its others do."""
+    frames = {f for r in relations for f in r.frames}
+    return {f for f in frames if _conditions(relations, (f,)) >= _BODY}
+
+
 def _mechanism(
     frames: Sequence[str],
     groups: Mapping[str, list[_Relation]],
     links: _Links,
+    standing: Collection[str],
     massive: Collection[str],
 ) -> Mechanism:
     order = {frame: i for i, frame in enumerate(frames)}
@@ -182,7 +189,7 @@ def _mechanism(
     members: dict[str, list[str]] = {ground: []}
     for frame in frames:
         members.setdefault(links.root(frame), []).append(frame)
-    every = [_held(c, r, order, links, members) for c, r in groups.items()]
+    every = [_held(c, r, order, links, standing, members) for c, r in groups.items()]
     held = [h for h in every if h.conditions > 0 and len(h.roots) > 1]
     # Of two frames of one link, a rigid part gives all three conditions, and a spring none.
     within = [h for h in every if len(h.frames) == 2]
@@ -238,6 +245,7 @@ def _held(
     relations: Sequence[_Relation],
     order: Mapping[str, int],
     links: _Links,
+    standing: Collection[str],
     members: Mapping[str, Sequence[str]],
 ) -> _Held:
     frames = sorted({f for r in relations for f in r.frames}, key=order.__getitem__)
@@ -246,14 +254,20 @@ def _held(
         loose = _is_angle(relations)
         ends = dict.fromkeys((links.root(_GROUND), links.root(frames[0])))
         return _Held(component, 0 if loose else conditions, 1, tuple(ends), tuple(frames))
+    stands = {f for f in frames if f in standing}
+    if stands:  # that of another component is one end, the ground the other
+        frames = [f for f in frames if f not in stands]
+        conditions -= _BODY * len(stands)
     if len(frames) > 2:
         # A frame to which nothing is connected follows from the others: it is no link.
         loose_ends = [f for f in frames if len(members[links.root(f)]) == 1]
-        for end in loose_ends[: conditions // 3]:
+        for end in loose_ends[: conditions // _BODY]:
             frames.remove(end)
-            conditions -= 3
+            conditions -= _BODY
     roots = tuple(dict.fromkeys(links.root(f) for f in frames))
-    conditions -= 3 * (len(frames) - len(roots))
+    conditions -= _BODY * (len(frames) - len(roots))
+    if stands:
+        roots = tuple(dict.fromkeys((links.root(_GROUND), *roots)))
     pairs = [_conditions(relations, pair) for pair in combinations(frames, 2)]
     single = [c for c in pairs if 0 < c < 3]
     count = len(single) + (sum(single) < conditions) if len(frames) > 2 else 1

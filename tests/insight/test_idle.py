@@ -74,6 +74,16 @@ def test_a_sensor_in_a_connection_is_not_warned_of() -> None:
     assert check_model(Request(text=text)).warnings == ()
 
 
+def test_axes_of_a_sensor_are_no_end_of_it() -> None:
+    text = (
+        f"model M {_PLANAR} P.Sensors.RelativePosition s("
+        "resolveInFrame=P.Types.ResolveInFrameAB.frame_resolve); equation "
+        f"{_HUNG} connect(world.frame_b, s.frame_a); connect(bar.frame_b, s.frame_b); "
+        "connect(bar.frame_a, s.frame_resolve); end M;"
+    )
+    assert check_model(Request(text=text)).warnings == ()
+
+
 def test_a_wheel_that_rolls_on_the_ground_does_not_float() -> None:
     text = (
         "model M import P = PlanarMultiBody; inner P.World world; P.Parts.Body wheel(m=10);"

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from planarc import stages
 from planarc.insight.topology import find_mechanism
 from planarc.ir.mechanism import Mechanism
 from planarc.request.request import Request, open_target
+
+STDLIB = Path(__file__).parents[2] / "stdlib"
 
 EXAMPLES = "PlanarMultiBody.Examples"
 
@@ -107,6 +111,68 @@ def test_a_joint_of_ones_own_counts_by_its_equations() -> None:
     assert found is not None
     assert [(j.name, j.conditions, j.links) for j in found.joints] == [("slot", 1, (0, 1))]
     assert found.mobility == 2
+
+
+_SENSORS = tuple(sorted(f.stem for f in (STDLIB / "PlanarMultiBody/Sensors").glob("Relative*.pmo")))
+_AXES = ("world", "frame_a", "frame_b")
+
+
+@pytest.mark.parametrize("axes", _AXES)
+@pytest.mark.parametrize("sensor", [*_SENSORS, "Distance"])
+def test_a_sensor_holds_nothing(sensor: str, axes: str) -> None:
+    has_axes = "Angle" not in sensor and "Angular" not in sensor and sensor != "Distance"
+    given = f"(resolveInFrame=P.Types.ResolveInFrameAB.{axes})" if has_axes else ""
+    found = mechanism_of(
+        None,
+        f"""
+        model M
+          import P = PlanarMultiBody;
+          inner P.World world;
+          P.Joints.Revolute hinge;
+          P.Parts.BodyShape bar(r={{1,0}}, m=1);
+          P.Sensors.{sensor} first{given};
+          P.Sensors.{sensor} second{given};
+          P.Parts.Body ball(m=1, I=1);
+        equation
+          connect(world.frame_b, hinge.frame_a);
+          connect(hinge.frame_b, bar.frame_a);
+          connect(bar.frame_b, first.frame_a);
+          connect(first.frame_b, ball.frame_a);
+          connect(world.frame_b, second.frame_a);
+          connect(second.frame_b, bar.frame_b);
+        end M;
+        """,
+    )
+    assert found is not None
+    assert [(j.name, j.conditions, j.links) for j in found.joints] == [("hinge", 2, (0, 1))]
+    assert (found.bridged, found.mobility) == ((), 4)
+
+
+def test_a_frame_held_by_its_own_component_carries_the_others_of_it() -> None:
+    found = mechanism_of(
+        None,
+        """
+        model M
+          model Rail "A post with a slide along y"
+            extends PlanarMultiBody.Interfaces.PartialTwoFrames;
+          equation
+            frame_a.r = {1, 2};
+            frame_a.phi = 0;
+            frame_b.phi = frame_a.phi;
+            frame_b.r[1] = frame_a.r[1];
+            frame_b.f[2] = 0;
+          end Rail;
+          inner PlanarMultiBody.World world;
+          Rail rail;
+          PlanarMultiBody.Parts.Body body(m=1, I=1);
+        equation
+          connect(rail.frame_b, body.frame_a);
+        end M;
+        """,
+    )
+    assert found is not None
+    assert [(j.name, j.conditions, j.links) for j in found.joints] == [("rail", 2, (0, 1))]
+    assert found.mobility == 1
 
 
 def test_a_model_without_frames_is_no_mechanism() -> None:

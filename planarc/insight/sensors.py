@@ -1,0 +1,55 @@
+"""Components that carry nothing: by their own equations no force passes any of their frames.
+
+In:   Dae
+Out:  the names of the components, each with the frames that a user connects
+
+A part that gives coordinates, as `FreeMotion`, carries nothing either, but it says how its ends may
+move: it is no sensor. It is known by variables that are to be states, or begin where the user says.
+
+Example: `frame_a.f = {0, 0}`, `frame_a.t = 0`, and so for `frame_b`, of a sensor of positions. A
+body that hangs on such a sensor only is joined to nothing. Its hidden frame, which gives the axes,
+is that to which its `frame_resolve` is connected.
+"""
+
+from __future__ import annotations
+
+from planarc.insight.connectors import FRAME, find_frames, grouped, owner
+from planarc.ir.dae import Dae
+from planarc.ir.flat import StateSelect
+
+
+def find_sensors(dae: Dae) -> dict[str, list[str]]:
+    """The components that carry nothing, and do not say how their frames may move; their frames
+    but for those that only give axes."""
+    frames = find_frames(v.name for v in dae.variables)
+    hidden = hidden_connectors(dae)
+    axes = {
+        name
+        for names in dae.connections
+        for inner in hidden.intersection(names)
+        for name in names
+        if owner(name) == owner(inner)
+    }
+    zero = zeros(dae)
+    bare = {f for f in frames if all(f"{f}.{flow}" in zero for flow, _ in FRAME)}
+    moved = {
+        v.component
+        for v in dae.variables
+        if v.start_written or v.state_select >= StateSelect.PREFER
+    }
+    plain = grouped((f for f in frames if f not in hidden and f not in axes), owner)
+    return {c: e for c, e in plain.items() if c not in moved and bare.issuperset(e)}
+
+
+def hidden_connectors(dae: Dae) -> set[str]:
+    """The connectors that are protected, so that their components themselves connect them."""
+    return {owner(v.name) for v in dae.variables if v.protected}
+
+
+def zeros(dae: Dae) -> set[str]:
+    """The unknowns that a component's own equation says to be 0."""
+    return {
+        e.left.name
+        for e in dae.equations
+        if e.right is dae.table.zero and e.left.is_symbol and not e.generated
+    }
