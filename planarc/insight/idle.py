@@ -24,7 +24,7 @@ from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
 from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.flat import Part, StateSelect
+from planarc.ir.flat import Misplaced, Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_part
 
@@ -47,7 +47,8 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
     positions = {c: f"{c}.{pairs[0][1]}" for c, pairs in connectors.items() if pairs is not FRAME}
     ends = grouped(positions, owner)
     every = frozenset(_elements(dae))
-    elements = [c for c in ends if c in every and len(ends[c]) == 2]
+    told = {w.component for w in dae.warnings if isinstance(w, Misplaced)}
+    elements = [c for c in ends if c in every and len(ends[c]) == 2 and c not in told]
     rigid = _tied(dae, every) if elements else DisjointSets[str]()
     for component in elements:
         first, second = ends[component]

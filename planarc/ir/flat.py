@@ -458,6 +458,12 @@ class LeftOut(Diagnostic):
     """The warning that a connection was left out: without it equations may not fit."""
 
 
+class Misplaced(Diagnostic):
+    """The warning that a component was connected beside the connector that was meant."""
+
+    component: str = ""
+
+
 class FlatModel(Located):
     name: str
     variables: tuple[Variable, ...]

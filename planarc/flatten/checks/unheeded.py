@@ -15,9 +15,9 @@ Reference: Modelica Language Specification 3.6, chapter 18 (`mustBeConnected` in
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from planarc.core.diagnostic import PlanarcError
+from planarc.core.diagnostic import PlanarcError, Severity
 from planarc.core.mend import Meant
 from planarc.core.nearest import nearest
 from planarc.core.source import Span
@@ -83,7 +83,80 @@ def _check_unconnected(
         session.warn("F319", message, owner.span, hint)
         return
     for connector, owner, why in found:
-        session.warn("F319", f"nothing is connected to `{connector.name}`{why}", owner.span)
+        message = f"nothing is connected to `{connector.name}`"
+        if (beside := _connected_beside(connector, owner, connected)) is None:
+            session.warn("F319", f"{message}{why}", owner.span)
+            continue
+        connection, end, other = beside
+        message += f", but `{end.name}` to `{other.name}`"
+        if said := _definition(other).comment:
+            message += f' ("{said}")'
+        meant = _free_beside(end, connected) or end
+        hint = f"write `connect({meant.name}, {connector.name});`"
+        session.warnings.append(
+            flat.Misplaced(
+                "F319",
+                message,
+                connection.span,
+                Severity.WARNING,
+                hint,
+                component=end.parent.name if end.parent else "",
+            )
+        )
+
+
+def _connected_beside(
+    connector: Instance, owner: Instance, connected: Mapping[str, Sequence[Connection]]
+) -> tuple[Connection, Instance, Instance] | None:
+    """A connector that is there whenever one is to which nothing is connected, and what is
+    connected to it: it was taken for that one."""
+    for other in _alike(connector, owner):
+        condition = _condition(connector)
+        if condition is None or _condition(other) != condition or other.element is None:
+            continue
+        for connection in connected.get(other.name, ()):
+            sides = (connection.left.node, connection.right.node)
+            end = sides[1] if sides[0] is other else sides[0]
+            outside = not _declares(owner, other.element, connection)
+            if outside and isinstance(end, Instance) and end.parent is not owner:
+                return connection, end, other
+    return None
+
+
+def _free_beside(end: Instance, connected: Mapping[str, Sequence[Connection]]) -> Instance | None:
+    """The only connector beside another one of the same kind to which nothing is connected."""
+    owner = end.parent
+    if owner is None or owner.parent is None:
+        return None
+    free = [
+        other
+        for other in _alike(end, owner)
+        if other.element is not None
+        and all(_declares(owner, other.element, c) for c in connected.get(other.name, ()))
+    ]
+    return free[0] if len(free) == 1 else None
+
+
+def _alike(connector: Instance, owner: Instance) -> Iterable[Instance]:
+    """The connectors of a component, seen from outside, that hold what one of them holds."""
+    for element in owner.elements.values():
+        node = element.node
+        if not isinstance(node, Instance) or not node.is_connector or node is connector:
+            continue
+        if not element.protected and node.elements.keys() == connector.elements.keys():
+            yield node
+
+
+def _condition(connector: Instance) -> str | None:
+    """The text of the condition under which a connector is there."""
+    condition = _definition(connector).condition
+    return None if condition is None else condition.span.text
+
+
+def _definition(connector: Instance) -> syntax.Component:
+    assert connector.element is not None
+    assert isinstance(connector.element.definition, syntax.Component)
+    return connector.element.definition
 
 
 def _check_inputs_in_a_row(
