@@ -5,22 +5,22 @@ The file is long because a start fails in several ways, and each message asks th
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
+from operator import add
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
-from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import MISFIT
-from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
+from planarc.ir.places import declaration, is_own, own_names, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.start import newton
-from planarc.solve.start.held import INDEPENDENT, Choice, free_motions, places, weakness
+from planarc.solve.start.contradiction import contradicting, contradiction, fixed_starts
+from planarc.solve.start.held import Choice, places, weakness
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.surplus import spare_ground, too_many_conditions
 from planarc.solve.start.system import System
@@ -52,14 +52,16 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     for rows, columns in system.stages:
         free = _best(system, u0, rows, columns, nothing)
         if not free.converged:
-            return _not_assembled(system, free, rows, columns, u0)
+            return _not_assembled(system, free, rows, columns, u0, choice)
         root = _best(system, u0, rows, columns, np.array(choice.held))
         if not root.converged:
-            if choice.redundant:
-                return _contradiction(system, u0, choice, rows, columns)
+            over = contradiction(system, u0, rows, columns)
+            if over is not None and (over.others or choice.redundant):
+                worst = _worst(system, rows, root.residuals)
+                return NotAssembled(contradicting(system, over, columns, [i for _, i in worst]))
             return _not_reachable(system, u0, free, root, rows, columns, choice)
         u0 = root.point
-    return _not_assembled(system, free, rows, columns, u0)
+    return _not_assembled(system, free, rows, columns, u0, choice)
 
 
 def _best(
@@ -122,7 +124,12 @@ def _parts(system: System, rows: Sequence[int], columns: Sequence[int], r: Vecto
 
 
 def _not_assembled(
-    system: System, root: newton.Root, rows: Sequence[int], columns: Sequence[int], u0: Vector
+    system: System,
+    root: newton.Root,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    u0: Vector,
+    choice: Choice,
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
@@ -131,8 +138,17 @@ def _not_assembled(
     held = _held_against(system, root, rows, columns)
     if held is not None and not loop and over is None:
         return held
+    found = contradiction(system, u0, rows, columns) if over is None else None
+    if found is not None and found.others:
+        return NotAssembled(contradicting(system, found, columns))
     parts = _parts(system, rows, columns, root.residuals)
     is_loop = is_closed(system.program, parts)
+    starts = fixed_starts(system, rows) if is_loop else {}
+    if starts:
+        bare = [row for row in rows if row not in starts.values()]
+        free = solve_stage(system, u0, bare, columns)
+        if free.converged:
+            return _not_reachable(system, u0, free, root, rows, columns, choice)
     given = given_in_loop(system.program, system.kernel, parts) if is_loop else ""
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
@@ -240,7 +256,7 @@ def _at_home(
     program: Program, found: Diagnostic, worst: Sequence[tuple[float, EquationInfo]]
 ) -> NotAssembled:
     """The message at the part whose equation is farthest from being met."""
-    span = worst[0][1].span if worst else found.span
+    span = worst[0][1].span if worst and found.span is None else found.span
     related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
@@ -274,134 +290,36 @@ def _not_reachable(
     program = system.program
     held = [c for c in columns if choice.held[c]]
     worst = _worst(system, rows, root.residuals)
+    starts = fixed_starts(system, rows)
+    kept: list[CandidateSlot | FixedSlot] = [*(program.candidates[c] for c in held), *starts]
     loop = _loop(system, rows, columns, root.residuals)
-    if not loop and held:
-        loop = loop_names(program, [owner(program.candidates[held[0]].display)])
+    if not loop and kept:
+        loop = loop_names(program, [owner(kept[0].display)])
     loop = loop or "the mechanism"
-    wanted = listed(f"`{program.candidates[c].display}` = {u0[c]:.4g}" for c in held)
-    nearest = listed(
-        f"`{program.candidates[c].display}(start = {_start(free.point[c])})`" for c in held
-    )
+    wanted = [float(system.kernel.w[f.start]) for f in starts]
+    away = system(free.point)
+    misses = wanted if away is None else [float(away[row]) for row in starts.values()]
+    names = [start.start_name for start in kept]
+    values = [*(float(u0[c]) for c in held), *wanted]
+    reached = [*(float(free.point[c]) for c in held), *map(add, wanted, misses)]
+    given = listed(f"`{n}` = {v:.4g}" for n, v in zip(names, values, strict=True))
+    nearest = listed(f"`{n}(start = {_start(v)})`" for n, v in zip(names, reached, strict=True))
     near = weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
-    first = program.candidates[held[0]] if held and not worst else None
     return _at_home(
         program,
         Diagnostic(
             "R412",
-            f"the loop of {loop} cannot be assembled with {wanted}"
-            if held
+            f"the loop of {loop} cannot be assembled with {given}"
+            if kept
             else f"the loop of {loop} cannot be assembled from its start values",
-            declaration(program, first.display, first.span) if first else None,
+            declaration(program, names[0], kept[0].span) if kept else None,
             hint=f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
             f"values of another joint, or change {length}"
             if near is not None and near.share < DEAD_CENTRE
             else f"start with {nearest}, where it assembles, or change {length}"
-            if held
+            if kept
             else "change the start values towards an assembled position",
         ),
         worst,
     )
-
-
-def _contradiction(
-    system: System, u0: Vector, choice: Choice, rows: Sequence[int], columns: Sequence[int]
-) -> PlanarcError:
-    """More is fixed than there are degrees of freedom, and it does not agree."""
-    import numpy as np
-
-    program = system.program
-    held = np.array(choice.held)
-    held[[i for i, _ in choice.redundant]] = False
-    without = _best(system, u0, rows, columns, held)
-    extra, partners = next((r for r in choice.redundant if r[0] in columns), choice.redundant[0])
-    first = program.candidates[extra]
-    others: list[CandidateSlot | FixedSlot] = [program.candidates[i] for i in partners]
-    others += [f for f in program.fixed if f.fixed and not f.display.startswith(MISFIT)]
-    names = trouble.names([*(o.start_name for o in others), first.start_name])
-    hint = f"remove `fixed = true` from `{first.start_name}`"
-    if without.converged:
-        hint += f", which follows as {without.point[extra]:.6g} from the others"
-    place = declaration(program, first.start_name, first.span)
-    drive = "" if re.search(r"\bfixed\b", place.text) else _drive(program, first)
-    if drive:
-        hint = f"`{drive}` is held there at the start"
-        if without.converged:
-            name = drive.rpartition(".")
-            hint += f": write `{name[0]}({name[2]}(start={without.point[extra]:.6g}))`"
-    full = _best(system, u0, rows, columns, np.array(choice.held))
-    if without.converged and not partners and not drive and not others:
-        locked = _locked(system, without.point, extra, rows, columns, place)
-        if locked is not None:
-            return NotAssembled(locked)
-    worst = [] if others else _worst(system, rows, full.residuals)
-    against = [i for _, i in worst if is_own(program, i.span)]
-    what = f"`{against[0].text}`" if against else "the equations"
-    notes = [
-        (f"`{o.start_name}` is fixed here", declaration(program, o.start_name, o.span))
-        for o in others
-    ]
-    notes += [(f"`{i.text}` stands here", i.span) for i in against[:1]]
-    found = Diagnostic(
-        "R411",
-        f"the fixed start values of {names} contradict each other"
-        if others
-        else f"the fixed start value of {names} contradicts {what}",
-        place,
-        hint=hint,
-        related=tuple(Related(message, span) for message, span in notes[:_WORST]),
-    )
-    return NotAssembled(found)
-
-
-def _locked(
-    system: System,
-    point: Vector,
-    held: int,
-    rows: Sequence[int],
-    columns: Sequence[int],
-    place: Span,
-) -> Diagnostic | None:
-    """The message where a loop holds the joint whose start is fixed, so that no start fits."""
-    program, first = system.program, system.program.candidates[held]
-    motions = free_motions(system, point)
-    if (
-        program.mechanism is None
-        or motions is None
-        or not is_closed(program, [owner(first.display)])
-    ):
-        return None
-    moving = [i for i in columns if abs(motions[i]).max(initial=0.0) > INDEPENDENT]
-    if held in moving:
-        return None
-    joints = {j.name for j in program.mechanism.joints}
-    shown = [program.candidates[i].display for i in moving]
-    names = own_names(program, (owner(n) for n in shown if owner(n) in joints))
-    free = trouble.names(names)
-    loop = loop_names(program, [owner(first.display)])
-    name, value = first.start_name, f"{point[held]:.4g}" if abs(point[held]) > _SMALL else "0"
-    only = f"only {free} can move" if free else "nothing in it can move"
-    return Diagnostic(
-        "R411",
-        f"`{name}` cannot start at {float(system.kernel.w[first.start]):.4g}: the loop of {loop} "
-        f"holds it at {value}, and {only}",
-        place,
-        hint=f"{free} slide along the same line: give one of them another direction `n`"
-        if len(names) == 2 and all(n.endswith((".s", ".v")) for n in shown)
-        else "change a length in this loop, or the direction of a slide",
-        related=tuple(
-            Related(f"`{n}` moves here", declaration(program, f"{n}.x", NOWHERE)) for n in names
-        ),
-    )
-
-
-def _drive(program: Program, held: CandidateSlot) -> str:
-    """The variable of a part beside the mechanism, such as a motor, that is the same one."""
-    mechanism = program.mechanism
-    joints = {j.name for j in mechanism.joints} if mechanism else set()
-    same = (c.name for c in program.columns if c.slot == held.slot)
-    for name in same:
-        part = own_part(program, owner(name))
-        if part is not None and part.name == owner(name) and part.name not in joints:
-            return name
-    return ""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: A candidate that moves less than this part of a free motion is not held against it.
 INDEPENDENT = 1e-3
 #: Singular values below this part of the largest leave a motion free.
-_CLOSED = 1e-5
+CLOSED = 1e-5
 
 
 class Choice(Data):
@@ -104,7 +104,7 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
             beside.extend(gradients(system, place, others) @ motions)
         return beside[others.index(item)]
 
-    span = _Span(motions.shape[1], row)
+    span = Directions(motions.shape[1], row)
     taken = [span.add(item) for item in order]
     held = [c.fixed for c in candidates]
     extra = []
@@ -141,19 +141,19 @@ def places(u: Vector) -> list[Vector]:
     return [u, u + 0.1 * np.cos(1.0 + 2.0 * n), u + 0.2 * np.sin(2.0 + 1.7 * n)]
 
 
-class _Span:
-    """The directions already held, among so many free motions at one place; `row` tells how
+class Directions:
+    """Those already held among so many free motions at one place; `row` tells how
     something changes with each of these."""
 
     def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
         import numpy as np
 
         self._row, self._basis = row, np.empty((count, count))
-        self._held: list[int | FixedSlot] = []
+        self.held: list[int | FixedSlot] = []
 
     def add(self, item: int | FixedSlot) -> bool:
         """Hold what is independent of those held before."""
-        count = len(self._held)
+        count = len(self.held)
         if count == len(self._basis):
             return False
         row, basis = self._row(item), self._basis[:count]
@@ -162,27 +162,27 @@ class _Span:
         if length <= INDEPENDENT:
             return False
         self._basis[count] = rest / length
-        self._held.append(item)
+        self.held.append(item)
         return True
 
-    def partners(self, item: int) -> tuple[int | FixedSlot, ...]:
+    def partners(self, item: int | FixedSlot) -> tuple[int | FixedSlot, ...]:
         """Those held that a dependent candidate follows from."""
         import numpy as np
 
         row = self._row(item)
-        if not self._held or np.linalg.norm(row) < INDEPENDENT:
+        if not self.held or np.linalg.norm(row) < INDEPENDENT:
             return ()
-        held = np.array([self._row(h) for h in self._held])
+        held = np.array([self._row(h) for h in self.held])
         parts = np.linalg.lstsq(held.T, row, rcond=1e-6)[0]
-        return tuple(h for h, x in zip(self._held, parts, strict=True) if abs(x) > 1e-6)
+        return tuple(h for h, x in zip(self.held, parts, strict=True) if abs(x) > 1e-6)
 
 
 def free_motions(system: System, point: Vector, slots: tuple[int, ...] = ()) -> Vector | None:
     """An orthonormal basis, in columns, of the changes that keep all rows (to first order). Where
     it takes their derivatives, those of other variables are found on the way."""
-    found = system.motions(point, _CLOSED)
+    found = system.motions(point, CLOSED)
     if found is None and (slopes := system.slopes(point, None, slots)) is not None:
-        found = newton.kernel_of(slopes[: system.rows], _CLOSED)
+        found = newton.kernel_of(slopes[: system.rows], CLOSED)
     return found
 
 
@@ -205,7 +205,7 @@ def weakness(
     jacobian = system.slopes(place)
     if jacobian is None or not held:
         return None
-    motions = newton.kernel_of(jacobian[np.ix_(rows, columns)], _CLOSED)
+    motions = newton.kernel_of(jacobian[np.ix_(rows, columns)], CLOSED)
     own = [list(columns).index(c) for c in held]
     if not motions.shape[1]:
         return None
