@@ -13,6 +13,7 @@ from planarc.ir.result import EventRecord, Held
 from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
 from planarc.solve.start import sharing
+from planarc.solve.start.sizes import judge_sizes
 from planarc.solve.start.solve import solve_start
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class Begun(Bench):
             self._row_where_new(t, y)
         self.recorder.pass_by(t)
         self._check_asserts(True)
+        self.warnings += judge_sizes(self.program, self.kernel)
         self.delays.kink(t)
         self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:

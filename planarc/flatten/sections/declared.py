@@ -1,4 +1,4 @@
-"""What components declare of themselves: energies, points worth showing, points of contact.
+"""What components declare of themselves: energies, sizes, points worth showing, points of contact.
 
 In:   Instance of a class with `annotation(__planarc(...))`
 Out:  flat.Declared, one for each expression, typed in the component's own scope
@@ -7,6 +7,7 @@ Out:  flat.Declared, one for each expression, typed in the component's own scope
     energy(potential(rate = P))                  stored, told by what flows in, in W
     energy(potential(rate = P) = E)              E counts where it changes by P, else P does
     energy(lossPower = P, suppliedPower = P)     turned into heat; put in from outside; in W
+    size('radius of gyration' = k)               a length beside that of a mechanism, in m
     point(centre = r), point = r                 a point of the plane that moves, in m
     contact = r                                  where a joint's force acts, in m
     force(normal(at = r) = f)                    a force and where it acts, in N and m; a row each
@@ -34,7 +35,8 @@ from planarc.ir import flat, syntax
 _WORD = "__planarc"
 _ENERGIES = {"kinetic": "J", "potential": "J", "lossPower": "W", "suppliedPower": "W"}
 _STORED = ("kinetic", "potential")
-_KINDS = ("visual", "energy", "point", "contact", "force", "event")
+_KINDS = ("visual", "energy", "size", "point", "contact", "force", "event")
+_NUMBER = ("energy", "size")
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
 
 
@@ -47,7 +49,7 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
             bases, dims = (
                 ((flat.Base.BOOLEAN,), ())
                 if kind == "event"
-                else (_NUMBERS, () if kind == "energy" else (2,))
+                else (_NUMBERS, () if kind in _NUMBER else (2,))
             )
             if kind == "force" and typed.type.dims[:1] == (0,):
                 continue  # there are no places
@@ -70,7 +72,8 @@ def unit_of(kind: str, name: str) -> str:
 
 
 def _wrong_type(kind: str, name: str, value: syntax.Expression) -> PlanarcError:
-    what = {"energy": "a number", "event": "true or false"}.get(kind, "a vector of two numbers")
+    what = "a number" if kind in _NUMBER else "a vector of two numbers"
+    what = "true or false" if kind == "event" else what
     return error("F267", f"`{name or kind}` of `{_WORD}` must be {what}", value.span)
 
 
@@ -131,6 +134,8 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
             raise error("F267", "say which energy: `energy(kinetic = ...)`", argument.span)
         if kind == "event":
             raise error("F267", "say what happens: `event('sticks' = ...)`", argument.span)
+        if kind == "size":
+            raise error("F267", "say which size: `size('length L' = ...)`", argument.span)
         yield kind, "", value
     for inner in inside(argument):
         name = _name(inner)
@@ -141,7 +146,7 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
         elif kind == "force":
             yield from _force(name, inner)
         elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
-            yield kind, name, own
+            yield kind, name.strip("'"), own
 
 
 def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:

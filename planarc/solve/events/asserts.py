@@ -17,10 +17,10 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.kernel import Kernel, Taker
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
-from planarc.solve.messages.text import Reader
+from planarc.solve.messages.text import Reader, taker_of
 from planarc.solve.once import once
 
 if TYPE_CHECKING:
@@ -207,11 +207,7 @@ def _judged(program: Program) -> tuple[Taker | None, dict[tuple[float, ...], lis
     """What takes the parameters that assertions of these alone ask, and which of these were broken
     by such values; None where functions are called that may look at more."""
     conditions = [program.assertions[i].condition for i in _sorted_out(program)[1]]
-    nodes = list(postorder(conditions))
-    if any(e.op is Op.APPLY for e in nodes):
-        return None, {}
-    leaves = (e for e in nodes if not e.args and e.op is not Op.CONST)
-    return taker([program.slots[repr(e)] for e in leaves]), {}
+    return taker_of(program, conditions), {}
 
 
 def impossible_parameters(

@@ -6,12 +6,13 @@ prepared when they are read often (`evaluate.tape`), so a reader should be kept.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Message
-from planarc.ir.expr import Expr, Op
-from planarc.ir.kernel import Kernel
+from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
 from planarc.solve.once import once
@@ -60,6 +61,16 @@ class Reader:
         if slot is None:
             raise KeyError(repr(e))
         return slot
+
+
+def taker_of(program: Program, roots: Sequence[Expr]) -> Taker | None:
+    """What takes the values that expressions of parameters ask; None where functions are called
+    that may look at more."""
+    nodes = list(postorder(roots))
+    if any(e.op is Op.APPLY for e in nodes):
+        return None
+    leaves = (e for e in nodes if not e.args and e.op is not Op.CONST)
+    return taker([program.slots[repr(e)] for e in leaves])
 
 
 @once
