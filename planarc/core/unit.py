@@ -175,6 +175,16 @@ def looks_like_degrees(angle: float) -> bool:
     return (abs(angle) > 4 * pi and angle % 0.5 == 0) or (abs(angle) > 2 * pi and angle % 5 == 0)
 
 
+#: One turn a minute, in rad/s.
+RPM = pi / 30
+
+
+def looks_like_rpm(speed: float) -> bool:
+    """Whether a number that is given in rad/s was meant in rpm: a round one of a fast machine, as
+    `1500` and `3000`."""
+    return abs(speed) >= 500 and speed % 50 == 0
+
+
 def turns(angle: float) -> str:
     """The turns of an angle: `7.2 turns`."""
     return f"{angle / (2 * pi):.3g} turns"

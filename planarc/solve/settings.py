@@ -86,10 +86,10 @@ def resolve(program: Program, options: RunOptions) -> Request:
 
 
 def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
-    """Warnings of given values that lie outside of their bounds, or look like degrees (R409)."""
+    """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409)."""
     if not (options.values or options.starts):
         return ()
-    from planarc.core.unit import looks_like_degrees, turns
+    from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, turns
 
     known, columns = _parameters(program), _units(program) if options.starts else {}
     found: list[tuple[str, str | None]] = []
@@ -105,6 +105,10 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
         if looks_like_degrees(value):
             message = f"`{name}` = {value:g} is in radian, {turns(value)}"
             found.append((message, f"if degrees are meant, give {math.radians(value):.6g}"))
+    for name, value in options.starts.items():
+        if columns.get(name) == "rad/s" and looks_like_rpm(value):
+            message = f"`{name}` = {value:g} is in rad/s, {value / RPM:.0f} rpm"
+            found.append((message, f"if rpm are meant, give {value * RPM:.6g}"))
     return tuple(Diagnostic("R409", m, None, Severity.WARNING, hint) for m, hint in found)
 
 

@@ -1,5 +1,5 @@
 """Checks of parameters: each has a value, none depends on itself, lies outside its bounds or is
-given in degrees.
+given in degrees or rpm.
 
 Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 """
@@ -19,7 +19,7 @@ from planarc.core.diagnostic import (
 from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
 from planarc.core.source import Span
-from planarc.core.unit import looks_like_degrees, turns
+from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, turns
 from planarc.flatten.sections.alike import Variable
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.demand import attributes_of
@@ -110,18 +110,22 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
     return Diagnostic("F282", message, parameters[first].span, related=others)
 
 
-# Values that were hardly meant: outside of their bounds, or degrees where radians are --
+# Values that were hardly meant: outside of their bounds, or in degrees or rpm ---------
 
 
 def check_ranges(pairs: Pairs, session: Session) -> None:
-    """Warn of values that their own declaration does not allow (F265), and of degrees (F331)."""
+    """Warn of values that their own declaration does not allow (F265), of degrees and of rpm
+    (F331)."""
     values = {leaf.name: (v, *_value(v)) for leaf, v in pairs if v is not None}
     outside: dict[str, tuple[flat.Expression, str]] = {}
     for name, (v, what, value) in values.items():
         if value is None:
             continue
+        subject = f"the {what} {{}} of `{name}`"
         if v.attributes.quantity == "Angle" and v.attributes.unit != "deg":
-            _check_angle(f"the {what} {{}} of `{name}`", value, session)
+            _check_angle(subject, value, session)
+        if v.attributes.quantity == "AngularVelocity" and v.attributes.unit == "rad/s":
+            _check_speed(subject, value, session)
         if v.attributes.min is None and v.attributes.max is None:
             continue
         found = _outside(value, v.attributes, session)
@@ -146,16 +150,29 @@ def _is_handed_on(value: flat.Expression, known: Container[str]) -> bool:
 
 
 def _check_angle(subject: str, value: flat.Expression, session: Session) -> None:
-    """Only of numbers as they are written: a formula is meant to be in radian."""
-    sign, operand = (-1, value.operand) if isinstance(value, flat.Unary) else (1, value)
-    if not isinstance(operand, flat.Literal) or not isinstance(operand.value, int | float):
-        return
-    angle = sign * operand.value
-    if looks_like_degrees(angle):
+    angle = _as_written(value)
+    if angle is not None and looks_like_degrees(angle):
         shown = f"{angle:.6g}"
         hint = f"if degrees are meant, write `Modelica.Units.Conversions.from_deg({shown})`"
         message = f"{subject.format(shown)} is in radian, {turns(angle)}"
         session.warn("F331", message, value.span, hint)
+
+
+def _check_speed(subject: str, value: flat.Expression, session: Session) -> None:
+    speed = _as_written(value)
+    if speed is not None and looks_like_rpm(speed):
+        shown = f"{speed:.6g}"
+        hint = f"if rpm are meant, write `Modelica.Units.Conversions.from_rpm({shown})`"
+        message = f"{subject.format(shown)} is in rad/s, {speed / RPM:.0f} rpm"
+        session.warn("F331", message, value.span, hint)
+
+
+def _as_written(value: flat.Expression) -> float | None:
+    """Only of numbers: a formula is meant to be in the unit that is declared."""
+    sign, operand = (-1, value.operand) if isinstance(value, flat.Unary) else (1, value)
+    if not isinstance(operand, flat.Literal) or not isinstance(operand.value, int | float):
+        return None
+    return sign * operand.value
 
 
 def _outside(
