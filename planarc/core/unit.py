@@ -167,6 +167,13 @@ def _with_exponent(name: str, exponent: float | Fraction) -> str:
     return name if exponent == 1 else f"{name}{exponent}"
 
 
+def of_per_cent(number: float, limit: float | None, unit: str) -> float | None:
+    """The share that was meant, where a number without unit lies above its limit only in per
+    cent."""
+    share = number / 100
+    return share if unit == "1" and limit is not None and share <= limit < number else None
+
+
 def looks_like_degrees(angle: float) -> bool:
     """Whether a number that is given in radian was meant in degrees: a round one of several turns.
 

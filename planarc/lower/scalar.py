@@ -207,7 +207,8 @@ def _row(scope: Scope, value: Tensor, position: Any, span: Span) -> Value:
 def assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
     condition = holds(scope, e.condition)
     text = message(scope.where(scope.table.not_(condition)), e.message)
-    return dae.Assertion(condition, text, e.warning, e.component, e.span)
+    component = e.component or scope.model.component  # of a function: of who calls it
+    return dae.Assertion(condition, text, e.warning, component, e.span)
 
 
 def holds(scope: Scope, e: flat.Expression) -> Expr:

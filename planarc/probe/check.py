@@ -25,6 +25,7 @@ from planarc.core.diagnostic import PlanarcError, Severity, in_one
 from planarc.core.options import Backend
 from planarc.core.prose import counted
 from planarc.ir.mechanism import Mobility
+from planarc.probe.doubts import find_doubts
 from planarc.probe.open import open_program
 from planarc.remembered import Checked, recall_check, remember_check
 from planarc.request.request import Request, Target, open_target
@@ -67,7 +68,8 @@ def look_at(target: Target, clock: Clock) -> Seen:
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
     held = stages.find_held(model, mechanism)
-    warnings = in_one((*dae.warnings, *stages.attachment_warnings(dae, mechanism, held)))
+    warnings = (*dae.warnings, *find_doubts(dae), *stages.attachment_warnings(dae, mechanism, held))
+    warnings = in_one(warnings)
     return Seen(Checked(flat.name, *sizes, warnings, mechanism), flat, dae, model)
 
 

@@ -89,7 +89,7 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409)."""
     if not (options.values or options.starts):
         return ()
-    from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, turns
+    from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_cent, turns
 
     known, columns = _parameters(program), _units(program) if options.starts else {}
     found: list[tuple[str, str | None]] = []
@@ -98,7 +98,9 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
         if low is not None and value < low:
             found.append((f"`{name}` = {value:g} lies below its minimum {low:g}", None))
         elif high is not None and value > high:
-            found.append((f"`{name}` = {value:g} lies above its maximum {high:g}", None))
+            share = of_per_cent(value, high, known[name].unit)
+            hint = None if share is None else f"if per cent are meant, give {share:.6g}"
+            found.append((f"`{name}` = {value:g} lies above its maximum {high:g}", hint))
     angles = [(n, v) for n, v in options.values.items() if known[n].unit == "rad"]
     angles += [(n, v) for n, v in options.starts.items() if columns.get(n) == "rad"]
     for name, value in angles:

@@ -19,7 +19,7 @@ from planarc.core.diagnostic import (
 from planarc.core.order import Circle, in_order
 from planarc.core.prose import ticked
 from planarc.core.source import Span
-from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, turns
+from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_cent, turns
 from planarc.flatten.sections.alike import Variable
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.demand import attributes_of
@@ -117,7 +117,7 @@ def check_ranges(pairs: Pairs, session: Session) -> None:
     """Warn of values that their own declaration does not allow (F265), of degrees and of rpm
     (F331)."""
     values = {leaf.name: (v, *_value(v)) for leaf, v in pairs if v is not None}
-    outside: dict[str, tuple[flat.Expression, str]] = {}
+    outside: dict[str, tuple[flat.Expression, str, str | None]] = {}
     for name, (v, what, value) in values.items():
         if value is None:
             continue
@@ -130,11 +130,14 @@ def check_ranges(pairs: Pairs, session: Session) -> None:
             continue
         found = _outside(value, v.attributes, session)
         if found is not None:
-            number, side, bound = found
-            outside[name] = value, f"the {what} {number:.6g} of `{name}` lies {side} its {bound}"
-    for value, message in outside.values():
+            number, side, bound, limit = found
+            message = f"the {what} {number:.6g} of `{name}` lies {side} its {bound} {limit:.6g}"
+            share = of_per_cent(number, limit, v.attributes.unit)
+            hint = None if share is None else f"if per cent are meant, write {share:.6g}"
+            outside[name] = value, message, hint
+    for value, message, hint in outside.values():
         if not _is_handed_on(value, outside):
-            session.warn("F265", message, value.span)
+            session.warn("F265", message, value.span, hint)
 
 
 def _value(v: flat.Variable) -> tuple[str, flat.Expression | None]:
@@ -177,7 +180,7 @@ def _as_written(value: flat.Expression) -> float | None:
 
 def _outside(
     value: flat.Expression, attributes: flat.Attributes, session: Session
-) -> tuple[float, str, str] | None:
+) -> tuple[float, str, str, float] | None:
     numbers = _numbers(value, session)
     bounds = ((attributes.min, 1, "below", "minimum"), (attributes.max, -1, "above", "maximum"))
     for bound, sign, side, name in bounds:
@@ -186,7 +189,7 @@ def _outside(
             limits *= len(numbers)
         for number, limit in zip(numbers, limits, strict=False):
             if sign * number < sign * limit:
-                return number, side, f"{name} {limit:.6g}"
+                return number, side, name, limit
     return None
 
 

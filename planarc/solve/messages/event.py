@@ -11,7 +11,7 @@ from planarc.core.source import Span
 from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import point_home
+from planarc.ir.places import Model, point_home
 from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
@@ -192,13 +192,15 @@ def inexact_integer(program: Program, t: float, name: str, value: float) -> Diag
 
 
 def assertion_diagnostic(
-    program: Program, t: float, assertion: Assertion, message: str
+    model: Model, t: float | None, assertion: Assertion, message: str
 ) -> Diagnostic:
+    """The message of an assertion at a time; None where no run is needed to see it."""
+    when = "" if t is None else f" at t = {t:.6g} s"
     place = f" in `{assertion.component}`" if assertion.component else ""
     found = Diagnostic(
         "R430",
-        f"assertion failed at t = {t:.6g} s{place}: {message}",
+        f"assertion failed{when}{place}: {message}",
         assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
     )
-    return point_home(program, found, assertion.component, "the assertion stands here")
+    return point_home(model, found, assertion.component, "the assertion stands here")
