@@ -17,7 +17,7 @@ Reference: Modelica Language Specification 3.6, section 5.6.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -35,6 +35,7 @@ from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
 from planarc.flatten.checks.unheeded import check_unheeded
+from planarc.flatten.connect.connect import Connection
 from planarc.flatten.connect.expand import check_absent, is_expandable
 from planarc.flatten.connect.rooting import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
@@ -364,6 +365,16 @@ def _model(
         definition.comment,
         definition.name_span,
         figures=figures_of(root, root.session),
+        connects=_own_connects(root, found.joined.connections),
+    )
+
+
+def _own_connects(root: Instance, connections: Iterable[Connection]) -> tuple[flat.Connect, ...]:
+    """The connections of the model itself between physical connectors."""
+    return tuple(
+        flat.Connect(c.left.name, c.right.name, c.span)
+        for c in connections
+        if c.component == root.name and isinstance(c.left.node, Instance)
     )
 
 

@@ -20,8 +20,9 @@ nothing.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import pairwise
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
 from planarc.insight.attachment import hung_on_sensor, place
@@ -29,7 +30,7 @@ from planarc.insight.connectors import find_connectors, find_frames, grouped, ow
 from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
-from planarc.ir.flat import Part
+from planarc.ir.flat import Connect, Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
 from planarc.ir.places import is_own, own_names, own_part
 
@@ -224,35 +225,66 @@ def _together(dae: Dae) -> tuple[str, ...]:
 def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
     ends = [name for name in find_frames(v.name for v in dae.variables) if owner(name) == joint]
     together = next((c for c in dae.connections if len({*ends}.intersection(c)) > 1), ())
-    parts = own_names(dae, _bridge(dae, mechanism, joint))
+    frames, connects = _bridge(dae, mechanism, joint)
+    parts = [part for part in own_names(dae, map(owner, frames)) if part != joint]
     by = listed([f"`{part}`" for part in parts[:_SHOWN]]) or "rigid parts"
     how = f"by {by} around it"
     if together:
         outside = [name for name in together if name.count(".") < 2] or together
         how = f"since {listed(f'`{name}`' for name in outside)} are all connected"
+    # What the joint itself is connected to was meant; else the last connection closed the ring.
+    beside = [c for c in connects if joint not in (owner(c.left), owner(c.right))] or connects
+    last = max(beside, key=lambda c: (c.span.start, c.right), default=None)
+    hint = f"remove the connection around `{joint}`, or `{joint}` itself"
+    span = place(dae, joint.partition(".")[0])
+    where: tuple[Related, ...] = ()
+    if last is not None:
+        hint = f"remove `connect({last.left}, {last.right})` or `{joint}`"
+        hint += "" if together else ", or put a joint there"
+        where, span = (Related(f"`{joint}` is declared here", span),), last.span
     return Diagnostic(
         "S303",
         f"`{joint}` cannot move: {listed(f'`{end}`' for end in ends)} are held together, {how}",
-        place(dae, joint.partition(".")[0]),
-        hint=f"remove the connection around `{joint}`, or `{joint}` itself",
+        span,
+        hint=hint,
+        related=where,
     )
 
 
-def _bridge(dae: Dae, mechanism: Mechanism, joint: str) -> list[str]:
-    """The rigid parts on the shortest way from one frame of a joint to the other, without it."""
+def _bridge(
+    dae: Dae, mechanism: Mechanism, joint: str
+) -> tuple[tuple[str, ...], tuple[Connect, ...]]:
+    """The shortest way from one frame of a joint to the other, without it: through connections,
+    rigid parts and the ground; its frames and connections."""
     link = next(i.frames for i in mechanism.links if joint in map(owner, i.frames))
     start, *goals = (f for f in link if owner(f) == joint)
-    sides = [*dae.connections, *grouped((f for f in link if owner(f) != joint), owner).values()]
-    ways: dict[str, tuple[str, ...]] = {start: ()}
+    connects = {frozenset((c.left, c.right)): c for c in dae.connects}
+    # Within its component a frame that only gives axes holds nothing.
+    axes = hidden_connectors(dae).intersection(mechanism.standing)
+    inner = (
+        ends
+        for names in dae.connections
+        for part, ends in grouped(names, _part).items()
+        if part != joint
+    )
+    loose = {joint, *mechanism.bridged, *mechanism.inside}
+    rigid = grouped((f for f in link if owner(f) not in loose and f not in axes), owner)
+    sides = [*connects, mechanism.standing, *inner, *rigid.values()]
+    ways: dict[str, tuple[str, ...]] = {start: (start,)}
     queue = [start]
     for frame in queue:
-        for side in sides:
-            for other in side if frame in side else ():
-                if other in link and other not in ways:
-                    part = (owner(frame),) if owner(frame) == owner(other) else ()
-                    ways[other] = (*ways[frame], *part)
-                    queue.append(other)
-    return list(ways.get(goals[0], ())) if goals else []
+        for other in (o for side in sides if frame in side for o in side):
+            if other in link and other not in ways:
+                ways[other] = (*ways[frame], other)
+                queue.append(other)
+    way = ways.get(goals[0], ()) if goals else ()
+    steps = (connects.get(frozenset(pair)) for pair in pairwise(way))
+    return way, tuple(c for c in steps if c is not None)
+
+
+def _part(frame: str) -> str:
+    """The component of the model itself."""
+    return frame.partition(".")[0]
 
 
 def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) -> Diagnostic | None:
@@ -299,20 +331,34 @@ def _massless(dae: Dae, mechanism: Mechanism, undetermined: Iterable[str]) -> Di
     sensors = find_sensors(dae).keys()
     heavy = find_moving(dae) - sensors - {joint.name for joint in mechanism.joints}
     for joint in (j for j in mechanism.joints if j.name in loose):
-        for link in (mechanism.links[i] for i in joint.links if i != GROUND):
-            owners = [owner(f) for f in link.frames if owner(f) not in sensors]
-            parts = [n for n in own_names(dae, owners) if n != joint.name]
-            if not parts or not heavy.isdisjoint(owners):
+        for number in (i for i in joint.links if i != GROUND):
+            frames = mechanism.links[number].frames
+            if not heavy.isdisjoint(map(owner, frames)):
                 continue
-            shown = listed([f"`{n}`" for n in parts[:_SHOWN]])
-            return Diagnostic(
-                "S303",
-                f"nothing that `{joint.name}` moves has a mass: {shown} {be(len(parts))} without, "
-                f"so that nothing determines how `{joint.name}` moves",
-                place(dae, joint.name),
-                hint=f"give `{parts[0]}` a mass, or connect a body with mass to it",
-            )
+            joints = [j.name for j in mechanism.joints if number in j.links]
+            ends = (owner(f) for f in frames if owner(f) not in sensors)
+            parts = own_names(dae, (name for name in ends if name not in joints))
+            return _without_mass(dae, joint.name, own_names(dae, joints), parts)
     return None
+
+
+def _without_mass(
+    dae: Dae, joint: str, joints: Sequence[str], parts: Sequence[str]
+) -> Diagnostic | None:
+    """The message about the link behind a joint: the joints on it, and its other parts."""
+    shown = listed([f"`{n}`" for n in parts[:_SHOWN]])
+    hint = "put a body with mass there, or leave one of them out"
+    if parts:
+        hint = f"give `{parts[0]}` a mass, or connect a body with mass to it"
+        message = f"nothing that `{joint}` moves has a mass: {shown} {be(len(parts))} without"
+        if len(joints) > 1:
+            message = f"{shown} between {both(joints)} {be(len(parts))} without mass"
+    elif len(joints) > 1:
+        message = f"nothing with mass is between {both(joints)}"
+    else:
+        return None
+    message += f", so that nothing determines how `{joint}` moves"
+    return Diagnostic("S303", message, place(dae, joints[-1].partition(".")[0]), hint=hint)
 
 
 def _own(dae: Dae, components: Iterable[str]) -> set[str]:

@@ -65,7 +65,8 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
     found = _mechanism(frames, groups, links, standing, _massive(dae, links.alone()))
     passive = find_passive(dae, [joint.name for joint in found.joints])
     spare = (f.rpartition(".")[0] for f in alone if links.root(f) == links.root(_GROUND))
-    return replace(found, passive=passive, spare=tuple(spare))
+    held = tuple(f for f in frames if f in standing)
+    return replace(found, passive=passive, standing=held, spare=tuple(spare))
 
 
 def find_moving(dae: Dae) -> frozenset[str]:

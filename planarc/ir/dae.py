@@ -21,7 +21,7 @@ from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.expr import Expr, Exprs, Op, postorder, text
-from planarc.ir.flat import Experiment, Part, StateSelect
+from planarc.ir.flat import Connect, Experiment, Part, StateSelect
 
 INITIAL = "$initial"
 TERMINAL = "$terminal"
@@ -282,6 +282,7 @@ class Dae(Located):
     declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
     connections: tuple[tuple[str, ...], ...] = ()
+    connects: tuple[Connect, ...] = ()
     experiment: Experiment = field(default_factory=Experiment)
     description: str = ""
     span: Span = NOWHERE

@@ -454,6 +454,14 @@ class Part(Located):
     inner: bool = False  # others refer to it, as they do to the world
 
 
+class Connect(Located):
+    """A connection of the model itself, of two physical connectors by their full names."""
+
+    left: str
+    right: str
+    span: Span = NOWHERE
+
+
 class LeftOut(Diagnostic):
     """The warning that a connection was left out: without it equations may not fit."""
 
@@ -481,4 +489,5 @@ class FlatModel(Located):
     description: str = ""
     span: Span = NOWHERE
     figures: tuple[Figure, ...] = ()
+    connects: tuple[Connect, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()

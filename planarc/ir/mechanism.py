@@ -43,7 +43,8 @@ class Mechanism(Data):
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
     `bridged` are joints whose frames other parts hold together; `passive` are those with flanges
     that nothing drives. `inside` are components that hold nothing, between two frames of one link;
-    `spare` stand on the ground, and nothing is connected to them.
+    `standing` are frames that their own components hold, as that of the world; `spare` are
+    components of such, to which nothing is connected.
     """
 
     links: tuple[Link, ...]
@@ -52,6 +53,7 @@ class Mechanism(Data):
     bridged: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
     inside: tuple[str, ...] = ()
+    standing: tuple[str, ...] = ()
     spare: tuple[str, ...] = ()
 
     @property

@@ -83,6 +83,7 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         declared=tuple(lower_declared(model, d) for d in source.declared),
         parts=source.parts,
         connections=source.connections,
+        connects=source.connects,
         experiment=source.experiment,
         description=source.description,
         span=source.span,

@@ -238,6 +238,12 @@ def _driven_by(dae: Dae, part: Part) -> list[Part]:
     return queue[::-1]
 
 
+def _driver(dae: Dae, component: str) -> str:
+    """The part that moves something by what a component gives, for a signal; else the component."""
+    part = own_part(dae, component)
+    return component if part is None else _driven_by(dae, part)[-1].name
+
+
 def _is_signal(equation: Equation) -> bool:
     """Whether a connection makes two variables equal."""
     return equation.generated and equation.left.is_symbol and equation.right.is_symbol
@@ -259,7 +265,7 @@ def _over(
 ) -> Diagnostic:
     chosen = _equations(dae, elimination, equations)
     surplus = len(equations) - len(variables)
-    owners = own_names(dae, (e.component for e in chosen if e.component))
+    owners = own_names(dae, (_driver(dae, e.component) for e in chosen if e.component))
     unknowns = _names([elimination.kept[v] for v in variables])
     what = "these equations or connections"
     message = f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
@@ -270,7 +276,7 @@ def _over(
     return Overdone(
         "S302",
         message,
-        owner_span(dae, f"{chosen[-1].component}.x") or _span(chosen[-1]),
+        owner_span(dae, f"{_driver(dae, chosen[-1].component)}.x") or _span(chosen[-1]),
         hint=f"remove {'one' if surplus == 1 else surplus} of {what}",
         related=_listed(chosen),
         holders=tuple(dict.fromkeys(e.component for e in chosen if e.component)),

@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.prose import both
 from planarc.ir.expr import Op, postorder
+from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
@@ -58,7 +60,8 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     alone = program.mechanism is None and program.blocks[block].linear
     names = trouble.components(program, every if alone else infos)
     locked = program.mechanism.locked if program.mechanism else None
-    massless = None if locked else _massless(system, block)
+    row = None if locked else _in_a_row(program, every)
+    massless = None if locked or row else _massless(system, block)
     home = owner(massless) if massless else infos[0].component if infos else ""
     found = Diagnostic(
         "R410",
@@ -68,6 +71,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         infos[0].span if infos else None,
         hint=_zeros(system, infos)
         or (f"{locked.message}; {locked.hint}" if locked else None)
+        or row
         or (f"`{massless}` is 0: give it a value" if massless else None)
         or _advice(program, tried, program.blocks[block].linear),
         related=trouble.related(worst),
@@ -102,6 +106,20 @@ def _zeros(system: System, infos: Sequence[EquationInfo], divisors: bool = False
     )
 
 
+def _in_a_row(program: Program, infos: Sequence[EquationInfo]) -> str | None:
+    """What to do about two joints with nothing between them, of which one has no part to move."""
+    mechanism, components = program.mechanism, {i.component for i in infos}
+    if mechanism is None:
+        return None
+    for number, link in enumerate(mechanism.links):
+        joints = [j.name for j in mechanism.joints if number in j.links]
+        alone = number != GROUND and {*joints}.issuperset(map(owner, link.frames))
+        if alone and len(joints) > 1 and components.issuperset(joints):
+            hint = "put a body with mass there, or leave one of them out"
+            return f"nothing with mass is between {both(joints)}: {hint}"
+    return None
+
+
 def _massless(system: System, block: int) -> str | None:
     """The parameter of 0 with another value of which a linear block had a solution: an inertia."""
     import numpy as np
@@ -131,7 +149,7 @@ def _massless(system: System, block: int) -> str | None:
             found.append(parameter.name)
         kernel.w[parameter.slot] = 0.0
     kernel.parameters()
-    names = [n for n in found if "[" not in n] or found
+    names = [n for n in found if not n.endswith("]")] or found
     return names[0] if names else None
 
 
