@@ -77,7 +77,7 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     for together in (*inside, *connections, held):
         for other in together[1:]:
             sets.join(together[0], other)
-    connected = {frame for names in connections if len(names) > 1 for frame in names}
+    connected = {f for names in connections for f in names if not _is_open(f, names)}
     loose = (frame for frame in frames if sets.find(frame) != sets.find(""))
     groups = grouped(loose, sets.find)
     moving = find_moving(dae) if groups else frozenset()
@@ -105,6 +105,12 @@ def _instead(
         if at.get(True) and at.get(False):
             return at[True][0], at[False][0], sensor
     return ()
+
+
+def _is_open(frame: str, connected: Iterable[str]) -> bool:
+    """Whether a frame is connected to nothing outside of its component."""
+    inside = f"{owner(frame)}."
+    return all(name.startswith(inside) for name in connected)
 
 
 def _on_ground(mechanism: Mechanism) -> Iterator[str]:
@@ -186,15 +192,17 @@ def _unheld(
     dae: Dae, mechanism: Mechanism, group: Group, joints: Iterable[str], severity: Severity
 ) -> Diagnostic:
     known = set(joints)
-    ends = [f for f in group.open if owner(f) in known] or list(group.open)
+    open_ones = [f for f in group.open if f.count(".") == 1] or list(group.open)
+    ends = [f for f in open_ones if owner(f) in known] or open_ones
     components = [c for c in group.components if c]  # connectors of the model are in none
     names = tuple(dict.fromkeys(map(_part, components)))
     parts = shortened([f"`{n}`" for n in names], _SHOWN)
-    ends = [f for f in ends if f.count(".") == 1] or ends
     message = f"nothing joins {parts} to the ground"
-    beside = () if ends else _open_beside(dae, mechanism, group)
+    hinged = {j.name for j in mechanism.joints}.intersection(map(owner, ends))
+    beside = () if hinged else _open_beside(dae, mechanism, group)
     if beside:
-        hint = f"connect `{beside[0]}` to {'one of them' if len(names) > 1 else parts}"
+        to = f"`{ends[0]}`" if ends else "one of them" if len(names) > 1 else parts
+        hint = f"connect `{beside[0]}` to {to}"
         message += f", and `{beside[0]}` is connected to nothing"
         return Loose("S321", message, place(dae, _part(beside[0])), severity, hint=hint)
     if ends:
@@ -209,7 +217,7 @@ def _unheld(
 
 def _open_beside(dae: Dae, mechanism: Mechanism, group: Group) -> tuple[str, ...]:
     """The frames of the model's other joints to which nothing is connected."""
-    connected = {frame for names in dae.connections if len(names) > 1 for frame in names}
+    connected = {f for names in dae.connections for f in names if not _is_open(f, names)}
     others = (j for j in mechanism.joints if j.name not in group.components)
     frames = (f for joint in others for f in joint.frames if f.count(".") == 1)
     return tuple(f for f in frames if f not in connected)

@@ -14,7 +14,7 @@ Reference: Modelica Language Specification 3.6, section 5.4.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import PlanarcError, Related, Severity, Ungiven, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity, Ungiven, error
 from planarc.core.mend import Declare, MakeInner, Mend
 from planarc.core.source import Span
 from planarc.flatten.instances.shape import family_dims
@@ -33,9 +33,11 @@ def inner_node(element: Element) -> Node:
         message = f"the outer component `{element.name}` cannot have a modifier"
         hint = "modify the `inner` component"
         raise error("F260", message, element.mod.span or definition.span, hint=hint)
-    found = next(inner_elements(element), None)
-    if found is not None:
+    around = inner_elements(element)
+    found = next(around, None)
+    if found is not None and _is_new(found):
         _warn_twins(element, found.scope.instance)
+        _warn_shadow(found, next(around, None))
     if found is None and definition.prefixes.inner and element.scope.instance.parent is None:
         return node_of(inner_half(element))  # the model itself: nothing is outside
     node = _default_node(element, definition) if found is None else node_of(inner_half(found))
@@ -46,9 +48,6 @@ def inner_node(element: Element) -> Node:
 def _warn_twins(element: Element, owner: Instance) -> None:
     """Another inner component of the same class: one of them is likely a mistake."""
     session = element.scope.session
-    if (found := (owner, element.name)) in session.met:
-        return
-    session.met.add(found)
     members = owner.layout.members
     definition = members[element.name][1]
     if not isinstance(definition, syntax.Component):
@@ -64,6 +63,38 @@ def _warn_twins(element: Element, owner: Instance) -> None:
                 other.span,
                 f"remove one of them: keep `{element.name}`",
             )
+
+
+def _warn_shadow(near: Element, far: Element | None) -> None:
+    """An inner component hides another one of its class, that of the model around it, which has
+    other values."""
+    ours, theirs = near.definition, None if far is None else far.definition
+    if not isinstance(ours, syntax.Component) or not isinstance(theirs, syntax.Component):
+        return
+    owner, session = near.scope.instance, near.scope.session
+    alike = str(ours.type) == str(theirs.type) and _values(ours) != _values(theirs)
+    told = any(w.code == "F264" and w.span == ours.span for w in session.warnings)
+    if not alike or ours.prefixes.outer or told:
+        return
+    message = f"`{owner.cls.name}` has an `inner {ours.type} {near.name}` of its own: inside of "
+    message += f"`{owner.name}` that of the model around it, `{theirs.span.text}`, counts nowhere"
+    hint = f"write `outer {ours.type} {near.name};`, if both are to be the same"
+    related = (Related(f"this `{near.name}` is hidden", theirs.span),)
+    session.warnings.append(Diagnostic("F264", message, ours.span, Severity.WARNING, hint, related))
+
+
+def _values(definition: syntax.Component) -> str:
+    """The text of a component's modifiers."""
+    return "" if definition.modification is None else definition.modification.span.text
+
+
+def _is_new(inner: Element) -> bool:
+    """Whether an inner component is met for the first time."""
+    met, key = inner.scope.session.met, (inner.scope.instance, inner.name)
+    if key in met:
+        return False
+    met.add(key)
+    return True
 
 
 def _default_node(element: Element, definition: syntax.Component) -> Node:
