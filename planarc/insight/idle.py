@@ -46,7 +46,7 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
     connectors = find_connectors(v.name for v in dae.variables)
     positions = {c: f"{c}.{pairs[0][1]}" for c, pairs in connectors.items() if pairs is not FRAME}
     ends = grouped(positions, owner)
-    every = frozenset(_elements(dae))
+    every = frozenset(find_elements(dae))
     told = {w.component for w in dae.warnings if isinstance(w, Misplaced)}
     elements = [c for c in ends if c in every and len(ends[c]) == 2 and c not in told]
     rigid = _tied(dae, every) if elements else DisjointSets[str]()
@@ -64,7 +64,7 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
 def _inside_links(
     dae: Dae, mechanism: Mechanism, link_of: Mapping[str, int]
 ) -> Iterator[Diagnostic]:
-    elements = set(_elements(dae))
+    elements = set(find_elements(dae))
     for component in mechanism.inside:
         part = _own(dae, component) if component in elements else None
         if part is not None and not _together(dae, component):
@@ -134,7 +134,8 @@ def _together(dae: Dae, component: str) -> bool:
     return any(sum(owner(n) == component for n in names) > 1 for names in dae.connections)
 
 
-def _elements(dae: Dae) -> Iterator[str]:
+def find_elements(dae: Dae) -> Iterator[str]:
+    """Springs, dampers and drives: components that declare energy, but no kinetic energy."""
     declared = (d for d in dae.declared if d.kind == "energy")
     for component, told in grouped(((f"{d.component}.{d.name}") for d in declared), owner).items():
         if not any(name.startswith(f"{component}.kinetic") for name in told):

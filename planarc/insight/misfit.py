@@ -8,7 +8,7 @@ Out:  the one message that takes the place of those about equations; None where 
     a body hung on a sensor   which holds nothing (`attachment`)
     an end left open          a frame or flange is connected to nothing, and its component cannot do
                               without
-    a joint without load      what it moves has no mass
+    a link without mass       which joints or forces are to move (`massless`)
 
 A group of parts without ground comes before both (`attachment`).
 
@@ -25,10 +25,10 @@ from itertools import pairwise
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
-from planarc.insight.attachment import hung_on_sensor, place
+from planarc.insight.attachment import find_floating, hung_on_sensor, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
-from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
-from planarc.insight.topology import find_moving
+from planarc.insight.massless import find_massless
+from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
@@ -60,8 +60,8 @@ def explain_misfit(
             hint="connect one of them to another part",
         )
     hung = None if mechanism is None else hung_on_sensor(dae, mechanism, undetermined)
-    told = hung or _left_open(dae, undetermined, givers)
-    return told or (None if mechanism is None else _massless(dae, mechanism, undetermined))
+    told = hung or _left_open(dae, mechanism, undetermined, givers)
+    return told or (None if mechanism is None else find_massless(dae, mechanism, undetermined))
 
 
 def part_of_others(dae: Dae) -> Diagnostic | None:
@@ -287,7 +287,9 @@ def _part(frame: str) -> str:
     return frame.partition(".")[0]
 
 
-def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) -> Diagnostic | None:
+def _left_open(
+    dae: Dae, mechanism: Mechanism | None, undetermined: Sequence[str], givers: Sequence[Part]
+) -> Diagnostic | None:
     """The ends, connected to nothing, of components whose own unknowns nothing determines."""
     parts = _own(dae, map(owner, undetermined)) | {part.name for part in givers}
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
@@ -308,6 +310,11 @@ def _left_open(dae: Dae, undetermined: Sequence[str], givers: Sequence[Part]) ->
     own = undetermined and all(n.startswith(f"{first}.") for n in undetermined)
     if not own and ends[0] in find_frames(v.name for v in dae.variables):
         joined = "a body with mass"
+    joints = {j.name for j in mechanism.joints} if mechanism else set()
+    if mechanism is not None and first in joints:
+        apart = (f for group in find_floating(dae, mechanism) for f in group.open)
+        free = next((f for f in apart if f.count(".") == 1), None)
+        joined = f"`{free}`, which is open too" if free else joined
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
@@ -322,43 +329,6 @@ def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
     frames = find_frames(v.name for v in dae.variables)
     return any(owner(n) in frames and owner(n) not in connected for n in undetermined)
-
-
-def _massless(dae: Dae, mechanism: Mechanism, undetermined: Iterable[str]) -> Diagnostic | None:
-    """The message about a joint whose motion nothing determines, and that moves parts without
-    mass."""
-    loose = {owner(name) for name in undetermined}
-    sensors = find_sensors(dae).keys()
-    heavy = find_moving(dae) - sensors - {joint.name for joint in mechanism.joints}
-    for joint in (j for j in mechanism.joints if j.name in loose):
-        for number in (i for i in joint.links if i != GROUND):
-            frames = mechanism.links[number].frames
-            if not heavy.isdisjoint(map(owner, frames)):
-                continue
-            joints = [j.name for j in mechanism.joints if number in j.links]
-            ends = (owner(f) for f in frames if owner(f) not in sensors)
-            parts = own_names(dae, (name for name in ends if name not in joints))
-            return _without_mass(dae, joint.name, own_names(dae, joints), parts)
-    return None
-
-
-def _without_mass(
-    dae: Dae, joint: str, joints: Sequence[str], parts: Sequence[str]
-) -> Diagnostic | None:
-    """The message about the link behind a joint: the joints on it, and its other parts."""
-    shown = listed([f"`{n}`" for n in parts[:_SHOWN]])
-    hint = "put a body with mass there, or leave one of them out"
-    if parts:
-        hint = f"give `{parts[0]}` a mass, or connect a body with mass to it"
-        message = f"nothing that `{joint}` moves has a mass: {shown} {be(len(parts))} without"
-        if len(joints) > 1:
-            message = f"{shown} between {both(joints)} {be(len(parts))} without mass"
-    elif len(joints) > 1:
-        message = f"nothing with mass is between {both(joints)}"
-    else:
-        return None
-    message += f", so that nothing determines how `{joint}` moves"
-    return Diagnostic("S303", message, place(dae, joints[-1].partition(".")[0]), hint=hint)
 
 
 def _own(dae: Dae, components: Iterable[str]) -> set[str]:

@@ -114,7 +114,8 @@ def _finish(
     if flag != 0 or not system.finite(values):
         from planarc.solve.start.unevaluated import not_evaluated
 
-        raise not_evaluated(system, flag)
+        # Judging has evaluated other places: the kernel is to say what fails at this one.
+        raise not_evaluated(system, system.evaluate_flag(values))
     w = system.kernel.w
     return Start(
         tuple(float(v) for v in values),

@@ -149,8 +149,7 @@ def _massless(system: System, block: int) -> str | None:
             found.append(parameter.name)
         kernel.w[parameter.slot] = 0.0
     kernel.parameters()
-    names = [n for n in found if not n.endswith("]")] or found
-    return names[0] if names else None
+    return next((n for n in found if not n.endswith("]")), None)  # entries of vectors are lengths
 
 
 def _advice(program: Program, tried: Account | None, linear: bool) -> str:

@@ -1,0 +1,72 @@
+"""Links without mass whose motion nothing determines.
+
+In:   Dae, Mechanism, the unknowns that nothing determines
+Out:  the error S303 about the first such link; None where each has a mass, or none is loose
+
+What stores or loses energy, but no kinetic energy, has no mass, nor have sensors and joints;
+whatever else has derivatives in its equations has.
+
+Example: the angle of the point between a spring and a damper in series, `spring.frame_b.phi`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.core.prose import be, both, listed, shortened
+from planarc.insight.attachment import place
+from planarc.insight.connectors import owner
+from planarc.insight.idle import find_elements
+from planarc.insight.sensors import find_sensors
+from planarc.insight.topology import find_moving
+from planarc.ir.dae import Dae
+from planarc.ir.mechanism import GROUND, Mechanism
+from planarc.ir.places import own_names
+
+_SHOWN = 4
+
+
+def find_massless(
+    dae: Dae, mechanism: Mechanism, undetermined: Collection[str]
+) -> Diagnostic | None:
+    loose = {owner(name) for name in undetermined}
+    sensors = find_sensors(dae).keys()
+    weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
+    heavy = find_moving(dae) - weightless
+    for number, link in enumerate(mechanism.links):
+        ends = Counter(owner(f) for f in link.frames if owner(f) not in sensors)
+        joints = [j.name for j in mechanism.joints if number in j.links]
+        moved = [j for j in joints if j in loose]
+        if number == GROUND or not heavy.isdisjoint(ends):
+            continue
+        if moved or not loose.isdisjoint(link.frames):
+            rigid = own_names(
+                dae, (c for c, count in ends.items() if c not in joints and count > 1)
+            )
+            around = own_names(dae, (c for c, count in ends.items() if c in joints or count == 1))
+            open_ones = [f"`{n}`" for n in undetermined if owner(n) in link.frames]
+            what = f"how `{moved[0]}` moves" if moved else shortened(open_ones, _SHOWN)
+            return _told(dae, rigid, around, what)
+    return None
+
+
+def _told(dae: Dae, rigid: Sequence[str], around: Sequence[str], what: str) -> Diagnostic | None:
+    """The message about the rigid parts of a link, and what is around it: joints and forces."""
+    shown = listed([f"`{n}`" for n in rigid[:_SHOWN]])
+    hint = "put a body with mass there, or leave one of them out"
+    if rigid:
+        hint = f"give `{rigid[0]}` a mass, or connect a body with mass to it"
+    if len(around) > 1:
+        between = f"between {both(around)}"
+        message = f"{shown} {between} {be(len(rigid))} without mass" if rigid else ""
+        message = message or f"nothing with mass is {between}"
+    elif rigid and around:
+        message = f"nothing that `{around[0]}` moves has a mass: {shown} {be(len(rigid))} without"
+    else:
+        return None
+    last = (around or rigid)[-1].partition(".")[0]
+    return Diagnostic(
+        "S303", f"{message}, so that nothing determines {what}", place(dae, last), hint=hint
+    )
