@@ -41,7 +41,8 @@ from planarc.ir.sorted import Fixed, SortedDae
 from planarc.probe.open import Opened, open_program
 from planarc.solve.messages import trouble
 from planarc.solve.start.dependence import dependent_rows, least_misfit
-from planarc.solve.start.failure import NotAssembled, row_info
+from planarc.solve.start.failure import row_info
+from planarc.solve.start.refused import NotAssembled
 from planarc.solve.start.sharing import left_out_rows, strict
 from planarc.solve.start.system import System
 from planarc.solve.start.unevaluated import NotEvaluated

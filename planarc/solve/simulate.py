@@ -86,7 +86,7 @@ def _with_reason(problem: PlanarcError, program: Program, doubt: Diagnostic | No
         lock = program.mechanism.locked
     if lock is None:
         return problem
-    from planarc.solve.start.failure import NotAssembled
+    from planarc.solve.start.refused import NotAssembled
 
     if not isinstance(problem, NotAssembled):
         return problem

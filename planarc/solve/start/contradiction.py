@@ -58,7 +58,7 @@ def contradiction(
     system: System, u0: Vector, rows: Sequence[int], columns: Sequence[int]
 ) -> Contradiction | None:
     """What is fixed too much among some candidates and the conditions among some rows."""
-    level = _Level(system, u0, rows, columns)
+    level = Level(system, u0, rows, columns)
     root = level.meet((), u0)
     span = level.span(level.moved(root.point), level.items) if root.converged else None
     if span is None:
@@ -86,7 +86,7 @@ def contradiction(
     )
 
 
-class _Level:
+class Level:
     """Rows of a level, its candidates, and what is fixed of them in the order of declaration."""
 
     def __init__(

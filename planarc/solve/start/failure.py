@@ -19,21 +19,24 @@ from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.start import newton
-from planarc.solve.start.contradiction import contradicting, contradiction, fixed_starts
+from planarc.solve.start.contradiction import (
+    Contradiction,
+    contradicting,
+    contradiction,
+    fixed_starts,
+)
 from planarc.solve.start.held import Choice, places, weakness
+from planarc.solve.start.refused import NotAssembled
+from planarc.solve.start.singular import dead_centre
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.surplus import spare_ground, too_many_conditions
-from planarc.solve.start.system import System
+from planarc.solve.start.system import System, are_velocities
 from planarc.solve.start.unevaluated import not_evaluated
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 _WORST = 3
-
-
-class NotAssembled(PlanarcError):
-    """The conditions at the start cannot be met, or contradict each other (R411, R412)."""
 
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
@@ -51,17 +54,21 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     nothing = np.zeros(len(u0), dtype=bool)
     for rows, columns in system.stages:
         free = _best(system, u0, rows, columns, nothing)
-        if not free.converged:
-            return _not_assembled(system, free, rows, columns, u0, choice)
-        root = _best(system, u0, rows, columns, np.array(choice.held))
+        root = _best(system, u0, rows, columns, np.array(choice.held)) if free.converged else free
         if not root.converged:
             over = contradiction(system, u0, rows, columns)
-            if over is not None and (over.others or choice.redundant):
+            still = over and dead_centre(system, u0, over, (rows, columns))
+            if still:
+                return NotAssembled(still)
+            if not free.converged:
+                return _not_assembled(system, free, rows, columns, u0, choice, over)
+            moving = are_velocities(system.program, columns)
+            if over is not None and (over.others or choice.redundant or moving):
                 worst = _worst(system, rows, root.residuals)
                 return NotAssembled(contradicting(system, over, columns, [i for _, i in worst]))
             return _not_reachable(system, u0, free, root, rows, columns, choice)
         u0 = root.point
-    return _not_assembled(system, free, rows, columns, u0, choice)
+    return _not_assembled(system, free, rows, columns, u0, choice, None)
 
 
 def _best(
@@ -130,6 +137,7 @@ def _not_assembled(
     columns: Sequence[int],
     u0: Vector,
     choice: Choice,
+    contradicted: Contradiction | None,
 ) -> PlanarcError:
     worst = _worst(system, rows, root.residuals)
     loop = _loop(system, rows, columns, root.residuals)
@@ -138,9 +146,8 @@ def _not_assembled(
     held = _held_against(system, root, rows, columns)
     if held is not None and not loop and over is None:
         return held
-    found = contradiction(system, u0, rows, columns) if over is None else None
-    if found is not None and found.others:
-        return NotAssembled(contradicting(system, found, columns))
+    if over is None and contradicted is not None and contradicted.others:
+        return NotAssembled(contradicting(system, contradicted, columns))
     parts = _parts(system, rows, columns, root.residuals)
     is_loop = is_closed(system.program, parts)
     starts = fixed_starts(system, rows) if is_loop else {}
@@ -260,7 +267,7 @@ def _at_home(
     related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
-        closed = message.startswith("the loop of")
+        closed = "cannot be assembled" in message
         apart = _off(abs(worst[0][0]))
         message += f": its ends stay {apart} apart" if closed else f": at best it is off by {apart}"
     told = replace(found, message=message, span=span, related=related)
@@ -304,20 +311,22 @@ def _not_reachable(
     reached = [*(float(free.point[c]) for c in held), *map(add, wanted, misses)]
     given = listed(f"`{n}` = {v:.4g}" for n, v in zip(names, values, strict=True))
     nearest = listed(f"`{n}(start = {_start(v)})`" for n, v in zip(names, reached, strict=True))
-    near = weakness(system, free.point, (rows, columns), held)
+    moving = are_velocities(program, columns)
+    near = None if moving else weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
     return _at_home(
         program,
         Diagnostic(
             "R412",
-            f"the loop of {loop} cannot be assembled with {given}"
+            f"the loop of {loop} cannot {'move' if moving else 'be assembled'} with {given}"
             if kept
             else f"the loop of {loop} cannot be assembled from its start values",
             declaration(program, names[0], kept[0].span) if kept else None,
             hint=f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
             f"values of another joint, or change {length}"
             if near is not None and near.share < DEAD_CENTRE
-            else f"start with {nearest}, where it assembles, or change {length}"
+            else f"start with {nearest}, {'as' if moving else 'where'} it "
+            f"{'can' if moving else 'assembles'}, or change {length}"
             if kept
             else "change the start values towards an assembled position",
         ),

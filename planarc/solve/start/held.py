@@ -148,7 +148,7 @@ class Directions:
     def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
         import numpy as np
 
-        self._row, self._basis = row, np.empty((count, count))
+        self.row, self._basis = row, np.empty((count, count))
         self.held: list[int | FixedSlot] = []
 
     def add(self, item: int | FixedSlot) -> bool:
@@ -156,7 +156,7 @@ class Directions:
         count = len(self.held)
         if count == len(self._basis):
             return False
-        row, basis = self._row(item), self._basis[:count]
+        row, basis = self.row(item), self._basis[:count]
         rest = row - (basis @ row) @ basis
         length = math.sqrt(rest @ rest)
         if length <= INDEPENDENT:
@@ -169,10 +169,10 @@ class Directions:
         """Those held that a dependent candidate follows from."""
         import numpy as np
 
-        row = self._row(item)
+        row = self.row(item)
         if not self.held or np.linalg.norm(row) < INDEPENDENT:
             return ()
-        held = np.array([self._row(h) for h in self.held])
+        held = np.array([self.row(h) for h in self.held])
         parts = np.linalg.lstsq(held.T, row, rcond=1e-6)[0]
         return tuple(h for h, x in zip(self.held, parts, strict=True) if abs(x) > 1e-6)
 

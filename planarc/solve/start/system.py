@@ -228,6 +228,12 @@ def declared(program: Program) -> dict[str, int]:
     return {c.name: i for i, c in reversed(list(enumerate(program.columns)))}
 
 
+def are_velocities(program: Program, columns: Sequence[int]) -> bool:
+    """Whether some candidates are all derivatives of others."""
+    derivatives = {c.derivative for c in program.candidates}
+    return all(program.candidates[c].slot in derivatives for c in columns)
+
+
 def gradients(system: System, point: Vector, others: Sequence[FixedSlot]) -> Vector:
     """The derivatives of other variables by the candidates; zeros where they have none."""
     import numpy as np

@@ -44,7 +44,8 @@ def refused(text: str, backend: str) -> Diagnostic:
 def test_a_speed_held_at_a_dead_centre(s: float, backend: str) -> None:
     found = refused(slider(s, 0.5), backend)
     assert found.code == "R428"
-    assert "`main`, `wrist` and `slide` starts at a dead centre" in found.message
+    assert f"at `slide.s` = {s:.6g} the loop of `crank` and `rod` (joints `main`," in found.message
+    assert "starts at a dead centre, where " in found.message
     assert "`slide.v` = 0.5 cannot be held: `main.w` would have to be " in found.message
     assert found.span is not None
     assert found.span.line == 5
