@@ -23,6 +23,7 @@ from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
 from planarc.structure.blame import explain_misfit
+from planarc.structure.fixed import fixed_together
 from planarc.structure.graph import Rows
 from planarc.structure.grounding import find_ungrounded
 from planarc.structure.matching import Parts, find_singular_parts, match_equations
@@ -183,6 +184,11 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
                 parts[0].span,
                 hint=f"connect `{end}` to `{free}`",
                 related=tuple(held[name][1] for name in names),
+            )
+            continue
+        if not several and (fixed := fixed_together(dae, parts[0])) is not None:
+            yield Held(
+                fixed.code, fixed.message, fixed.span, hint=fixed.hint, related=fixed.related
             )
             continue
         yield Held(
