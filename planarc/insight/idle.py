@@ -7,10 +7,11 @@ Out:  warnings S323
     free beside a joint  a part that only gives coordinates, as `FreeMotion`, between links that
                          joints hold together; with start values of its own it is no idle one
     inside of one part   a spring, damper or drive between two points of one rigid body or shaft
+    on the ground        a force or torque on what cannot move
     on one point         a sensor of distances whose frames are always at the same place
 
 A spring, damper or drive is a component with two ends that declares what energy it stores, loses or
-supplies, but no kinetic energy.
+supplies, but no kinetic energy; a force or torque of the world is one with a single end.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
 from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
-from planarc.insight.sensors import find_sensors, hidden_connectors, zeros
+from planarc.insight.sensors import find_ends, find_sensors, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.flat import Misplaced, Part, StateSelect
@@ -64,14 +65,28 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
 def _inside_links(
     dae: Dae, mechanism: Mechanism, link_of: Mapping[str, int]
 ) -> Iterator[Diagnostic]:
-    elements = set(find_elements(dae))
-    for component in mechanism.inside:
-        part = _own(dae, component) if component in elements else None
-        if part is not None and not _together(dae, component):
-            frame = next(f for f in link_of if owner(f) == component)
-            link = mechanism.links[link_of[frame]].name if link_of[frame] else ""
-            on = f"on `{link.partition('.')[0]}`, which is rigid" if link else "on the ground"
+    ends_of = find_ends(dae)
+    connectors = find_connectors(v.name for v in dae.variables)
+    other = {joint.name for joint in mechanism.joints}
+    other |= {owner(c) for c, pairs in connectors.items() if pairs is not FRAME}  # it holds shafts
+    for component in (c for c in find_elements(dae) if c not in other):
+        ends = ends_of.get(component, [])
+        links, part = {link_of[end] for end in ends}, _own(dae, component)
+        if part is None or len(links) != 1 or _together(dae, component):
+            continue
+        (link,) = links
+        if len(ends) > 1:
+            name = mechanism.links[link].name.partition(".")[0]
+            on = "on the ground" if link == GROUND else f"on `{name}`, which is rigid"
             yield _idle(f"`{component}` does nothing: both its ends are {on}", part)
+        elif link == GROUND:
+            yield Diagnostic(
+                "S323",
+                f"`{component}` does nothing: `{ends[0]}` is on the ground, which cannot move",
+                part.span,
+                Severity.WARNING,
+                hint=f"connect `{ends[0]}` to a part that moves",
+            )
 
 
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:

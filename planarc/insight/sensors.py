@@ -21,7 +21,19 @@ from planarc.ir.flat import StateSelect
 def find_sensors(dae: Dae) -> dict[str, list[str]]:
     """The components that carry nothing, and do not say how their frames may move; their frames
     but for those that only give axes."""
-    frames = find_frames(v.name for v in dae.variables)
+    zero, plain = zeros(dae), find_ends(dae)
+    frames = (f for ends in plain.values() for f in ends)
+    bare = {f for f in frames if all(f"{f}.{flow}" in zero for flow, _ in FRAME)}
+    moved = {
+        v.component
+        for v in dae.variables
+        if v.start_written or v.state_select >= StateSelect.PREFER
+    }
+    return {c: e for c, e in plain.items() if c not in moved and bare.issuperset(e)}
+
+
+def find_ends(dae: Dae) -> dict[str, list[str]]:
+    """The frames of each component that a user connects, but for those that only give axes."""
     hidden = hidden_connectors(dae)
     axes = {
         name
@@ -30,15 +42,8 @@ def find_sensors(dae: Dae) -> dict[str, list[str]]:
         for name in names
         if owner(name) == owner(inner)
     }
-    zero = zeros(dae)
-    bare = {f for f in frames if all(f"{f}.{flow}" in zero for flow, _ in FRAME)}
-    moved = {
-        v.component
-        for v in dae.variables
-        if v.start_written or v.state_select >= StateSelect.PREFER
-    }
-    plain = grouped((f for f in frames if f not in hidden and f not in axes), owner)
-    return {c: e for c, e in plain.items() if c not in moved and bare.issuperset(e)}
+    frames = find_frames(v.name for v in dae.variables)
+    return grouped((f for f in frames if f not in hidden and f not in axes), owner)
 
 
 def hidden_connectors(dae: Dae) -> set[str]:

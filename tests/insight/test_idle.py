@@ -55,6 +55,21 @@ def idle(parts: str, equations: str) -> list[str]:
             id="sensors of an angle and of a length",
         ),
         pytest.param(
+            f"{_ROTATIONAL} inner PlanarMultiBody.World world; PlanarMultiBody.Parts.Mounting1D m;"
+            "R.Components.Inertia a(J=1); R.Components.Spring s(c=1);",
+            "connect(world.frame_b, m.frame_a); connect(m.flange_b, s.flange_a);"
+            "connect(s.flange_b, a.flange_a);",
+            id="a mount of a shaft on the ground",
+        ),
+        pytest.param(
+            f"{_PLANAR} P.Forces.Torque t; P.Forces.WorldForce f(resolveInFrame="
+            "P.Types.ResolveInFrameB.frame_resolve);",
+            f"{_HUNG} t.torque = 1; f.force = {{1,0}}; connect(world.frame_b, t.frame_a);"
+            "connect(bar.frame_b, t.frame_b); connect(bar.frame_b, f.frame_b);"
+            "connect(world.frame_b, f.frame_resolve);",
+            id="a torque against the ground, and a force along its axes",
+        ),
+        pytest.param(
             f"{_PLANAR} P.Forces.Spring s(c=1, s_unstretched=0.5);",
             f"{_HUNG} connect(world.frame_b, s.frame_a); connect(bar.frame_b, s.frame_b);",
             id="a spring from the ground to a bar",
