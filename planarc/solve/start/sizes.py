@@ -1,7 +1,7 @@
 """Parts that are far larger than their mechanism: mostly a number in other units was given.
 
 In:   Program, a kernel that holds the start
-Out:  a warning (R441) for each component that declares such a length
+Out:  a warning (R441) for each of the user's parts with such a length, about its first one
 
 Components declare lengths by `annotation(__planarc(size('radius of gyration' = sqrt(I/m))))`. The
 mechanism is measured over its frames and all points that components declare, such as centres of
@@ -43,14 +43,16 @@ def judge_sizes(program: Program, kernel: Kernel) -> Iterator[Diagnostic]:
     if large is None or take is None:
         known.clear()
         large = known[values] = tuple(_large(program, kernel))
-    extent = _extent(program, kernel) if large else 0.0
+    extent, told = _extent(program, kernel) if large else 0.0, set[str]()
     for declared, length in large:
-        if 0 < extent < length / _FAR:
-            part = own_part(program, declared.component)
+        part = own_part(program, declared.component)
+        name = part.name if part else declared.component
+        if 0 < extent < length / _FAR and name not in told:
+            told.add(name)
             yield Diagnostic(
                 "R441",
-                f"`{part.name if part else declared.component}` has a {declared.name} of "
-                f"{length:.3g} m, in a mechanism of {extent:.3g} m",
+                f"`{name}` has a {declared.name} of {length:.3g} m, in a mechanism of {extent:.3g} "
+                "m",
                 part.span if part else None,
                 Severity.WARNING,
                 hint="lengths are in m, masses in kg, inertias in kg.m2: 1 mm is 1e-3 m, and "
