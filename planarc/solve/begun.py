@@ -13,6 +13,7 @@ from planarc.ir.result import EventRecord, Held
 from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
 from planarc.solve.start import sharing
+from planarc.solve.start.longest import judge_longest
 from planarc.solve.start.sizes import judge_sizes
 from planarc.solve.start.solve import solve_start
 
@@ -62,6 +63,8 @@ class Begun(Bench):
         self.recorder.pass_by(t)
         self._check_asserts(True)
         self.warnings += judge_sizes(self.program, self.kernel)
+        if (longest := judge_longest(self.program, self.kernel)) is not None:
+            self.warnings.append(longest)
         self.delays.kink(t)
         self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:

@@ -1,0 +1,70 @@
+"""A moving part that is far longer than all else: mostly it alone was given in mm.
+
+In:   Program, a kernel that holds the start
+Out:  a warning (R441), or None
+
+A part is as long as its frames are apart that move as one piece. It is compared with the other
+moving parts, and with the places on the ground. Loops that do not close are told before.
+
+Example: a boom with r = {400, 0} on a column of 0.5 m.
+"""
+
+from __future__ import annotations
+
+import math
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.kernel import Kernel
+from planarc.ir.mechanism import GROUND
+from planarc.ir.places import own_part
+from planarc.ir.program import Program
+from planarc.solve.once import once
+
+#: Lengths below this one, in m, suit any mechanism.
+_PLAUSIBLE = 10.0
+#: Multiple of all other lengths that is hardly meant.
+_FAR = 150.0
+
+_Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
+
+
+def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
+    """The warning about a part that is far longer than all others."""
+    w, lengths = kernel.w, dict[str, float]()
+    for part, places in _parts(program):
+        at = [[sign * w[slot] for slot, sign in place] for place in places]
+        length = math.hypot(*(max(along) - min(along) for along in zip(*at, strict=True)))
+        lengths[part] = max(length, lengths.get(part, 0.0))
+    if len(lengths) < 2 or not any(length > _PLAUSIBLE for length in lengths.values()):
+        return None
+    (part, longest), (_, next_one) = sorted(lengths.items(), key=lambda item: -item[1])[:2]
+    if not part or not 0 < next_one < longest / _FAR:
+        return None
+    own = own_part(program, part)
+    return Diagnostic(
+        "R441",
+        f"`{part}` is {longest:.3g} m long, and nothing else in its mechanism more than "
+        f"{next_one:.3g} m",
+        own.span if own else None,
+        Severity.WARNING,
+        hint="lengths are in m: 1 mm is 1e-3 m",
+    )
+
+
+@once
+def _parts(program: Program) -> tuple[tuple[str, tuple[_Place, ...]], ...]:
+    """The parts of the model that hold several frames together, with these; "" is the ground."""
+    if program.mechanism is None:
+        return ()
+    columns = {c.name: (c.slot, c.sign) for c in program.columns}
+    joints = {joint.name for joint in program.mechanism.joints}
+    found: dict[tuple[int, str], list[_Place]] = {}
+    for number, link in enumerate(program.mechanism.links):
+        for frame in link.frames:
+            names = [f"{frame}.r[{i}]" for i in (1, 2)]
+            part = "" if number == GROUND else frame.partition(".")[0]
+            if part not in joints and all(n in columns for n in names):
+                place = tuple(columns[n] for n in names)
+                found.setdefault((number, part), []).append(place)
+    distinct = ((part, tuple(dict.fromkeys(places))) for (_, part), places in found.items())
+    return tuple((part, places) for part, places in distinct if len(places) > 1)

@@ -1,0 +1,58 @@
+"""One part that is far longer than all others is told; machines that are large are not."""
+
+from __future__ import annotations
+
+import pytest
+
+import planarc
+
+ARM = """model Arm
+  import PlanarMultiBody.*;
+  inner World world;
+  Parts.Fixed column(r={0,%s});
+  Joints.Revolute shoulder(phi(start=0.2, fixed=true), w(fixed=true));
+  Parts.BodyShape upper(r={%s,0}, m=1);
+  Joints.Revolute elbow(phi(start=0.5, fixed=true), w(fixed=true));
+  Parts.BodyShape lower(r={0,%s}, m=1);
+equation
+  connect(column.frame_b, shoulder.frame_a);
+  connect(shoulder.frame_b, upper.frame_a);
+  connect(upper.frame_b, elbow.frame_a);
+  connect(elbow.frame_b, lower.frame_a);
+end Arm;
+"""
+
+
+def told(*lengths: float) -> list[str]:
+    found = planarc.load(ARM % lengths).simulate(0.0).warnings
+    return [w.message for w in found if w.code == "R441"]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "message"),
+    [
+        (
+            (0.2, 0.5, 400),
+            "`lower` is 400 m long, and nothing else in its mechanism more than 0.5 m",
+        ),
+        (
+            (0.8, 300, 0.5),
+            "`upper` is 300 m long, and nothing else in its mechanism more than 0.8 m",
+        ),
+    ],
+)
+def test_one_part_in_mm(lengths: tuple[float, ...], message: str) -> None:
+    assert told(*lengths) == [message]
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [
+        pytest.param((500, 600, 400), id="all in mm"),
+        pytest.param((0.2, 60, 0.5), id="a crane with a hook"),
+        pytest.param((400, 0.4, 0.5), id="a machine on a tower"),
+        pytest.param((0.02, 5, 0.01), id="of lengths that are plausible"),
+    ],
+)
+def test_large_machines_are_not_told(lengths: tuple[float, ...]) -> None:
+    assert told(*lengths) == []
