@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.mechanism import GROUND
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
@@ -30,8 +30,11 @@ _Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
 
 def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The warning about a part that is far longer than all others."""
+    parts, take = _parts(program)
+    if all(abs(value) < _PLAUSIBLE / 3 for value in take(kernel.w)):
+        return None
     w, lengths = kernel.w, dict[str, float]()
-    for part, places in _parts(program):
+    for part, places in parts:
         at = [[sign * w[slot] for slot, sign in place] for place in places]
         length = math.hypot(*(max(along) - min(along) for along in zip(*at, strict=True)))
         lengths[part] = max(length, lengths.get(part, 0.0))
@@ -52,10 +55,11 @@ def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
 
 
 @once
-def _parts(program: Program) -> tuple[tuple[str, tuple[_Place, ...]], ...]:
-    """The parts of the model that hold several frames together, with these; "" is the ground."""
+def _parts(program: Program) -> tuple[tuple[tuple[str, tuple[_Place, ...]], ...], Taker]:
+    """The parts of the model that hold several frames together, with these; "" is the ground. And
+    what takes all their coordinates."""
     if program.mechanism is None:
-        return ()
+        return (), taker(())
     columns = {c.name: (c.slot, c.sign) for c in program.columns}
     joints = {joint.name for joint in program.mechanism.joints}
     found: dict[tuple[int, str], list[_Place]] = {}
@@ -67,4 +71,6 @@ def _parts(program: Program) -> tuple[tuple[str, tuple[_Place, ...]], ...]:
                 place = tuple(columns[n] for n in names)
                 found.setdefault((number, part), []).append(place)
     distinct = ((part, tuple(dict.fromkeys(places))) for (_, part), places in found.items())
-    return tuple((part, places) for part, places in distinct if len(places) > 1)
+    parts = tuple((part, places) for part, places in distinct if len(places) > 1)
+    slots = dict.fromkeys(slot for _, places in parts for place in places for slot, _ in place)
+    return parts, taker(tuple(slots))
