@@ -113,6 +113,12 @@ def _is_open(frame: str, connected: Iterable[str]) -> bool:
     return all(name.startswith(inside) for name in connected)
 
 
+def open_apart(dae: Dae, mechanism: Mechanism) -> str | None:
+    """The first frame of the model's parts without ground to which nothing is connected."""
+    ends = (f for group in find_floating(dae, mechanism) for f in group.open)
+    return next((f for f in ends if f.count(".") == 1), None)
+
+
 def _on_ground(mechanism: Mechanism) -> Iterator[str]:
     """The frames of joints with one frame, which join it to the ground, as a wheel that rolls."""
     for joint in mechanism.joints:

@@ -16,11 +16,11 @@ from collections.abc import Collection, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import be, both, listed, shortened
-from planarc.insight.attachment import place
-from planarc.insight.connectors import owner
+from planarc.insight.attachment import open_apart, place
+from planarc.insight.connectors import FRAME, owner
 from planarc.insight.idle import find_elements
 from planarc.insight.sensors import find_sensors
-from planarc.insight.topology import find_moving
+from planarc.insight.topology import find_derived, find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_names
@@ -31,7 +31,11 @@ _SHOWN = 4
 def find_massless(
     dae: Dae, mechanism: Mechanism, undetermined: Collection[str]
 ) -> Diagnostic | None:
-    loose = {owner(name) for name in undetermined}
+    # Open forces say that something is held twice, and nothing of masses.
+    places = {f"{f}.{v}" for link in mechanism.links for f in link.frames for _, v in FRAME}
+    derived = find_derived(dae)
+    moves = [n for n in undetermined if n in places or n in derived]
+    loose = {owner(name) for name in moves}
     sensors = find_sensors(dae).keys()
     weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
     heavy = find_moving(dae) - weightless
@@ -46,10 +50,24 @@ def find_massless(
                 dae, (c for c, count in ends.items() if c not in joints and count > 1)
             )
             around = own_names(dae, (c for c, count in ends.items() if c in joints or count == 1))
-            open_ones = [f"`{n}`" for n in undetermined if owner(n) in link.frames]
+            open_ones = [f"`{n}`" for n in moves if owner(n) in link.frames]
             what = f"how `{moved[0]}` moves" if moved else shortened(open_ones, _SHOWN)
+            if moved and not rigid and len(around) == 1:
+                return _unloaded(dae, mechanism, moved[0], link.frames)
             return _told(dae, rigid, around, what)
     return None
+
+
+def _unloaded(dae: Dae, mechanism: Mechanism, joint: str, frames: Sequence[str]) -> Diagnostic:
+    """The message about a joint that moves nothing."""
+    end = next(f for f in frames if owner(f) == joint)
+    load = open_apart(dae, mechanism)
+    return Diagnostic(
+        "S303",
+        f"nothing that `{joint}` moves has a mass, so that nothing determines how it moves",
+        place(dae, joint.partition(".")[0]),
+        hint=f"connect `{end}` to {f'`{load}`' if load else 'a body with mass'}",
+    )
 
 
 def _told(dae: Dae, rigid: Sequence[str], around: Sequence[str], what: str) -> Diagnostic | None:

@@ -25,7 +25,7 @@ from itertools import pairwise
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
-from planarc.insight.attachment import find_floating, hung_on_sensor, place
+from planarc.insight.attachment import hung_on_sensor, open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
 from planarc.insight.massless import find_massless
 from planarc.insight.sensors import hidden_connectors, zeros
@@ -84,12 +84,14 @@ def part_of_others(dae: Dae) -> Diagnostic | None:
 
 
 def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
-    """A sentence about the smallest loop whose joints hold more than its parts can move, and the
-    place of its last joint; None where no single loop is to blame."""
+    """A sentence about the smallest loop whose joints hold more than its parts can move, or about
+    all loops together, and the place of the last joint; None where these are not to blame."""
     loops = [
         found for joint in mechanism.joints if (found := find_loop(mechanism, joint)) is not None
     ]
-    for joints in sorted(loops, key=len):
+    every = {joint for loop in loops for joint in loop}
+    together = tuple(joint for joint in mechanism.joints if joint in every)
+    for joints in (*sorted(loops, key=len), *([together] if together else [])):
         around = {i for joint in joints for i in joint.links}
         links = sorted(around - {GROUND})
         held = sum(joint.conditions for joint in joints)
@@ -99,8 +101,8 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
             parts = dict.fromkeys(mechanism.links[i].name.partition(".")[0] for i in links)
             last = [j.name for j in mechanism.joints if j in joints][-1]
             return (
-                f"{both(names)} hold {both(parts)} too often: they take {held} motions away, and "
-                f"there are only {free}",
+                f"{listed(f'`{n}`' for n in names)} hold {listed(f'`{n}`' for n in parts)} too "
+                f"often: they take {held} motions away, and there are only {free}",
                 place(dae, last.partition(".")[0]),
             )
     return None
@@ -303,17 +305,17 @@ def _left_open(
         return None
     shown = shortened([f"`{name}`" for name in ends], _SHOWN)
     first = owner(ends[0])
-    effect = f"so that nothing determines {shortened([f'`{n}`' for n in undetermined], _SHOWN)}"
+    flows = {f"{c}.{flow}" for c, pairs in names.items() for flow, _ in pairs}
+    moved = [n for n in undetermined if n not in flows] or undetermined
+    effect = f"so that nothing determines {shortened([f'`{n}`' for n in moved], _SHOWN)}"
     if not undetermined:
         effect = f"so that `{givers[-1].name}` moves nothing"
     joined = f"what `{first}` belongs to"
     own = undetermined and all(n.startswith(f"{first}.") for n in undetermined)
     if not own and ends[0] in find_frames(v.name for v in dae.variables):
         joined = "a body with mass"
-    joints = {j.name for j in mechanism.joints} if mechanism else set()
-    if mechanism is not None and first in joints:
-        apart = (f for group in find_floating(dae, mechanism) for f in group.open)
-        free = next((f for f in apart if f.count(".") == 1), None)
+    if mechanism is not None and first in (j.name for j in mechanism.joints):
+        free = open_apart(dae, mechanism)
         joined = f"`{free}`, which is open too" if free else joined
     return Diagnostic(
         "S303",

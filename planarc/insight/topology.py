@@ -78,6 +78,12 @@ def find_moving(dae: Dae) -> frozenset[str]:
     )
 
 
+def find_derived(dae: Dae) -> frozenset[str]:
+    """Variables with derivatives in equations."""
+    symbols = (e for q in dae.equations for e in below((q.left, q.right)) if e.op is _SYMBOL)
+    return frozenset(e.data[0] for e in symbols if e.data[1])
+
+
 #: The frame of whatever does not move.
 _GROUND = ""
 _BODY = 3  # motions of a body in the plane, and the conditions that hold it
