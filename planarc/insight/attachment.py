@@ -115,8 +115,8 @@ def _is_open(frame: str, connected: Iterable[str]) -> bool:
 
 def open_apart(dae: Dae, mechanism: Mechanism) -> str | None:
     """The first frame of the model's parts without ground to which nothing is connected."""
-    ends = (f for group in find_floating(dae, mechanism) for f in group.open)
-    return next((f for f in ends if f.count(".") == 1), None)
+    groups = (group for group in find_floating(dae, mechanism) if not group.instead)
+    return next((f for group in groups for f in group.open if f.count(".") == 1), None)
 
 
 def _on_ground(mechanism: Mechanism) -> Iterator[str]:
@@ -145,39 +145,19 @@ def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
     name = _part(group.components[0])
     held = f"nothing is connected to `{name}`"
     if group.sensors:
-        held = _hang([name], group)
+        held = hang([name], group)
     return Diagnostic(
         "S320",
         f"{held}: it falls freely beside the mechanism",
         place(dae, _part(group.sensors[0]) if group.instead else name),
         Severity.WARNING,
-        hint=f"{_beside(group) or 'connect it'}; if it is meant to fly freely, write "
+        hint=f"{replacing(group) or 'connect it'}; if it is meant to fly freely, write "
         "start values for it",
     )
 
 
-def hung_on_sensor(
-    dae: Dae, mechanism: Mechanism, undetermined: Iterable[str]
-) -> Diagnostic | None:
-    """The error about bodies that hang on nothing but a sensor, whose values nothing determines:
-    what is before the sensor lacks their mass."""
-    loose = {owner(name) for name in undetermined}
-    for group in find_floating(dae, mechanism):
-        if group.instead and not loose.isdisjoint(group.sensors):
-            names = list(dict.fromkeys(map(_part, group.components)))
-            joints = [f"`{j.name}`" for j in mechanism.joints if j.name in loose]
-            move = "moves" if len(joints) == 1 else "move"
-            behind = f": nothing that {listed(joints)} {move} has a mass" if joints else ""
-            return Diagnostic(
-                "S303",
-                f"{_hang(names, group)}{behind}",
-                place(dae, _part(group.sensors[0])),
-                hint=_beside(group),
-            )
-    return None
-
-
-def _hang(names: Sequence[str], group: Group) -> str:
+def hang(names: Sequence[str], group: Group) -> str:
+    """The sentence about parts that hang on sensors alone."""
     sensors = list(dict.fromkeys(map(_part, group.sensors)))
     hold = "are sensors and hold" if len(sensors) > 1 else "is a sensor and holds"
     return (
@@ -186,7 +166,7 @@ def _hang(names: Sequence[str], group: Group) -> str:
     )
 
 
-def _beside(group: Group) -> str:
+def replacing(group: Group) -> str:
     """What to connect in the place of a sensor; nothing where no sensor stands in series."""
     if not group.instead:
         return ""
@@ -217,7 +197,7 @@ def _unheld(
     first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
     if group.instead:
-        first, message, hint = group.sensors[0], _hang(names, group), _beside(group)
+        first, message, hint = group.sensors[0], hang(names, group), replacing(group)
     return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
 
 

@@ -5,7 +5,7 @@ In:   Dae, Mechanism (None where there are no frames); the unknowns that nothing
 Out:  the one message that takes the place of those about equations; None where they say it best
 
     a joint that is bridged   its frames are one rigid part, by other connections
-    a body hung on a sensor   which holds nothing (`attachment`)
+    a body hung on a sensor   which holds nothing (`massless`)
     an end left open          a frame or flange is connected to nothing, and its component cannot do
                               without
     a link without mass       which joints or forces are to move (`massless`)
@@ -25,9 +25,9 @@ from itertools import pairwise
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
-from planarc.insight.attachment import hung_on_sensor, open_apart, place
+from planarc.insight.attachment import open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
-from planarc.insight.massless import find_massless
+from planarc.insight.massless import find_hung, find_massless
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
@@ -59,7 +59,7 @@ def explain_misfit(
             place(dae, part.partition(".")[0]),
             hint="connect one of them to another part",
         )
-    hung = None if mechanism is None else hung_on_sensor(dae, mechanism, undetermined)
+    hung = None if mechanism is None else find_hung(dae, mechanism, undetermined)
     told = hung or _left_open(dae, mechanism, undetermined, givers)
     return told or (None if mechanism is None else find_massless(dae, mechanism, undetermined))
 

@@ -105,7 +105,8 @@ def warn_absent(ref: syntax.Ref, env: Env) -> None:
     owner = ref.parts[0].name
     hint = "remove the connection, or make the condition of the connector true"
     if isinstance(condition, syntax.Ref):
-        hint = f"switch it on: `{owner}({condition} = true)`"
+        each = "each " if ref.parts[0].subscripts else ""
+        hint = f"switch it on: `{owner}({each}{condition} = true)`"
         if any(isinstance(w, flat.LeftOut) and w.hint == hint for w in env.session.warnings):
             return  # `support` beside `axis`: one switch is left off
     message = f"`{ref}` is not there, so its connection is left out"

@@ -35,6 +35,8 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
         told = f"write `der({moving})` for the derivative of `{moving}`"
         return PlanarcError(Once("F210", message, span, hint=told, kind="derivative"))
     elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else None
+    if elsewhere and scope.instance.parent is not None:  # a part has what the model around it has
+        elsewhere = elsewhere.replace("`inner ", "`outer ")
     if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
         elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known]) or did_you_mean(name, ["time"])
