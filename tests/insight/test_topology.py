@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from pathlib import Path
 
 import pytest
@@ -146,6 +147,43 @@ def test_a_sensor_holds_nothing(sensor: str, axes: str) -> None:
     assert found is not None
     assert [(j.name, j.conditions, j.links) for j in found.joints] == [("hinge", 2, (0, 1))]
     assert (found.bridged, found.mobility) == ((), 4)
+
+
+#: Components between two frames, and whether they hold these together.
+_BETWEEN = {
+    "Parts.FixedTranslation(r={1,0})": True,
+    "Sensors.CutForce": True,
+    "Sensors.RelativePosition": False,
+    "Sensors.Distance": False,
+    "Forces.Spring(c=1)": False,
+    "Joints.Prismatic": False,
+}
+
+
+@pytest.mark.parametrize("pair", list(combinations_with_replacement(_BETWEEN, 2)))
+def test_a_joint_is_bridged_by_what_is_rigid_alone(pair: tuple[str, str]) -> None:
+    first, second = (c.replace("(", " {}(", 1) if "(" in c else c + " {}" for c in pair)
+    found = mechanism_of(
+        None,
+        f"""
+        model M
+          import P = PlanarMultiBody;
+          inner P.World world;
+          P.Joints.Revolute hinge;
+          P.{first.replace("{}", "first")};
+          P.{second.replace("{}", "second")};
+          P.Parts.Body body(m=1, I=1);
+        equation
+          connect(world.frame_b, hinge.frame_a);
+          connect(hinge.frame_b, body.frame_a);
+          connect(world.frame_b, first.frame_a);
+          connect(first.frame_b, second.frame_a);
+          connect(second.frame_b, body.frame_a);
+        end M;
+        """,
+    )
+    assert found is not None
+    assert found.bridged == (("hinge",) if all(_BETWEEN[c] for c in pair) else ())
 
 
 def test_a_frame_held_by_its_own_component_carries_the_others_of_it() -> None:
