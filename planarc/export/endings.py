@@ -32,7 +32,8 @@ from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 from planarc.runtime import texts
 from planarc.solve.contact.touches import Points
-from planarc.solve.messages.event import assertion_diagnostic, no_value, terminated
+from planarc.solve.messages.assertion import assertion_diagnostic
+from planarc.solve.messages.event import no_value, terminated
 from planarc.solve.messages.failure import unsolved_block
 
 #: A message names the instant, which only the run knows: it is built for this one.

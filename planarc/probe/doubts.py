@@ -18,7 +18,7 @@ from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op
 from planarc.runtime.texts import formatted
-from planarc.solve.messages.event import assertion_diagnostic
+from planarc.solve.messages.assertion import assertion_diagnostic
 
 
 def find_doubts(dae: Dae) -> Iterator[Diagnostic]:

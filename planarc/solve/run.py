@@ -83,6 +83,8 @@ class Run(Begun):
                 self._follow(self.states.look(self.integrator.t, self.integrator.y, step))
             if way is not None and self.ended is None and march.outcome is not Outcome.LIMIT:
                 self._judge(way)
+        if self.ended is not None:  # what a row before has broken comes first
+            self._check_asserts(True)
 
     def _judge(self, way: float) -> None:
         """End a run that creeps, and note what one may warn of."""

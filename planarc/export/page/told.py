@@ -22,7 +22,7 @@ from planarc.ir.program import Program
 from planarc.runtime import texts
 from planarc.solve.contact.messages import between
 from planarc.solve.contact.touches import Points
-from planarc.solve.messages.event import assertion_diagnostic
+from planarc.solve.messages.assertion import assertion_diagnostic
 from planarc.view.page.typeset import typeset
 
 #: Where a message names the instant, which only the page knows.

@@ -159,7 +159,7 @@ class AssertWatch:
     def _diagnostic(self, assertion: Assertion, columns: _Columns, row: int) -> Diagnostic:
         import numpy as np
 
-        from planarc.solve.messages.event import assertion_diagnostic
+        from planarc.solve.messages.assertion import assertion_diagnostic
 
         parts = [
             part
@@ -230,7 +230,7 @@ def impossible_parameters(
         except (ArithmeticError, ValueError):
             continue
         if not holds:
-            from planarc.solve.messages.event import assertion_diagnostic
+            from planarc.solve.messages.assertion import assertion_diagnostic
 
             parts = (
                 part if isinstance(part, str) else formatted(float(read(part[0])), part[1])

@@ -171,7 +171,7 @@ def _value(action: Reinit, read: Reader) -> float | None:
 def _assertion(
     program: Program, t: float, action: Assertion, read: Reader, done: Processed
 ) -> None:
-    from planarc.solve.messages.event import assertion_diagnostic
+    from planarc.solve.messages.assertion import assertion_diagnostic
 
     found = assertion_diagnostic(program, t, action, text_of(action.message, read))
     if action.warning:

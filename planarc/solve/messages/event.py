@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
 from planarc.core.source import Span
-from planarc.ir.dae import Assertion, Reinit, SetDiscrete, Terminate
+from planarc.ir.dae import Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import Model, point_home
+from planarc.ir.places import point_home
 from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
@@ -189,18 +189,3 @@ def inexact_integer(program: Program, t: float, name: str, value: float) -> Diag
         hint="use a Real, or count anew from time to time",
     )
     return point_home(program, found, name.rpartition(".")[0])
-
-
-def assertion_diagnostic(
-    model: Model, t: float | None, assertion: Assertion, message: str
-) -> Diagnostic:
-    """The message of an assertion at a time; None where no run is needed to see it."""
-    when = "" if t is None else f" at t = {t:.6g} s"
-    place = f" in `{assertion.component}`" if assertion.component else ""
-    found = Diagnostic(
-        "R430",
-        f"assertion failed{when}{place}: {message}",
-        assertion.span,
-        Severity.WARNING if assertion.warning else Severity.ERROR,
-    )
-    return point_home(model, found, assertion.component, "the assertion stands here")

@@ -16,6 +16,7 @@ from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
+from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.messages.loops import (
     SPEEDS,
     given_in_loop,
@@ -233,6 +234,9 @@ def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diag
     if info is None:
         name = trouble.without_value(program, kernel)
         return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))
+    said = broken_assertion(program, kernel, t, info.component)
+    if said is not None:
+        return said
     message = f"{place} `{info.text}` gives no finite number"
     found = Diagnostic("R421", message, info.span, hint=place.hint(advice))
     return point_home(program, found, info.component)

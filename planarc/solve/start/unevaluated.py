@@ -16,6 +16,7 @@ from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages import trouble
+from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.rescue.rescue import Account
 from planarc.solve.start.system import System
 
@@ -34,6 +35,9 @@ def not_evaluated(system: System, flag: int) -> PlanarcError:
     if kernel.failed_block >= 0 and kernel.failed_equation < 0:
         return _block_failed(system, kernel.failed_block)
     where = trouble.first_not_finite(system.program, kernel, system.t)
+    said = broken_assertion(system.program, kernel, system.t, where.component) if where else None
+    if said is not None:
+        return NotEvaluated(said)
     message = f"the model cannot be evaluated at its start, t = {system.t:g} s"
     if where is not None:
         place = f" in `{where.component}`" if where.component else ""

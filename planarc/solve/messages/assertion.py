@@ -1,0 +1,62 @@
+"""Assertions that fail, in words; and the one that says why a component has no value.
+
+In:   Program, Kernel at a point where an equation gives no finite number, that equation's component
+Out:  the message of the component's own assertion that does not hold there
+
+Example: two rods that would have to reach too far. The height of their hinge over the line between
+their ends is the root of a negative number, so that no row comes so far; `assert(D < L1 + L2, ...)`
+does not hold there, and says it in mechanical words.
+"""
+
+from __future__ import annotations
+
+import math
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.ir.dae import Assertion
+from planarc.ir.expr import Expr, postorder
+from planarc.ir.kernel import Kernel
+from planarc.ir.places import Model, point_home
+from planarc.ir.program import Program
+from planarc.runtime.texts import formatted
+from planarc.solve.messages.replay import Replay
+
+
+def assertion_diagnostic(
+    model: Model, t: float | None, assertion: Assertion, message: str
+) -> Diagnostic:
+    """The message of an assertion at a time; None where no run is needed to see it."""
+    when = "" if t is None else f" at t = {t:.6g} s"
+    place = f" in `{assertion.component}`" if assertion.component else ""
+    found = Diagnostic(
+        "R430",
+        f"assertion failed{when}{place}: {message}",
+        assertion.span,
+        Severity.WARNING if assertion.warning else Severity.ERROR,
+    )
+    return point_home(model, found, assertion.component, "the assertion stands here")
+
+
+def broken_assertion(
+    program: Program, kernel: Kernel, t: float, component: str
+) -> Diagnostic | None:
+    """The first assertion of a component that does not hold at this point, of values that are
+    known there."""
+    own = [a for a in program.assertions if a.component == component and not a.warning]
+    if not component or not own:
+        return None
+    replay = Replay(program, kernel, t)
+    replay.first_not_finite()
+
+    def is_broken(condition: Expr) -> bool:
+        leaves = [e for e in postorder((condition,)) if not e.args]
+        return all(map(math.isfinite, replay.values(leaves))) and replay.values([condition]) == [0]
+
+    assertion = next((a for a in own if is_broken(a.condition)), None)
+    if assertion is None:
+        return None
+    texts = [
+        part if isinstance(part, str) else formatted(replay.values([part[0]])[0], part[1])
+        for part in assertion.message.parts
+    ]
+    return assertion_diagnostic(program, t, assertion, "".join(texts))
