@@ -8,6 +8,7 @@ velocity, acceleration; those that are not given come from differences of high o
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from typing import Any, TypeAlias, TypeGuard
@@ -126,6 +127,8 @@ def read_table(name: str, given: Any) -> tuple[Any, Any]:
 
 
 def _checked(name: str, function: Callable[[float], Any]) -> Callable[[float], float]:
+    _expect_time(name, function)
+
     def call(t: float) -> float:
         try:
             value = function(t)
@@ -137,6 +140,22 @@ def _checked(name: str, function: Callable[[float], Any]) -> Callable[[float], f
         return _finite(name, value, t)
 
     return call
+
+
+def _expect_time(name: str, function: Callable[..., Any]) -> None:
+    """Refuse what cannot be called with the time alone, where Python tells."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return
+    try:
+        signature.bind(0.0)
+    except TypeError:
+        raise usage_error(
+            "C211",
+            f"the function for `{name}` takes `{signature}`, and is called with the time",
+            hint="write `lambda t: ...`",
+        ) from None
 
 
 def _finite(name: str, value: Any, t: float) -> float:

@@ -189,7 +189,7 @@ RPM = pi / 30
 def looks_like_rpm(speed: float) -> bool:
     """Whether a number that is given in rad/s was meant in rpm: a round one of a fast machine, as
     `1500` and `3000`."""
-    return abs(speed) >= 500 and speed % 50 == 0
+    return 500 <= abs(speed) <= 50000 and speed % 50 == 0
 
 
 def turns(angle: float) -> str:

@@ -53,11 +53,15 @@ def explain_misfit(
                 place(dae, part.partition(".")[0]),
                 hint=f"connect `{frame}` to a frame",
             )
+        past = _past(dae, part, ends)
         return Diagnostic(
             "S303",
             f"both ends of `{part}` are connected to each other: {both(ends)}",
             place(dae, part.partition(".")[0]),
-            hint="connect one of them to another part",
+            hint="connect one of them to another part"
+            if past is None
+            else f"remove `{past.span.text}`, which goes past `{part}`",
+            related=() if past is None else (Related("this goes past it", past.span),),
         )
     hung = None if mechanism is None else find_hung(dae, mechanism, undetermined)
     told = hung or _left_open(dae, mechanism, undetermined, givers)
@@ -222,6 +226,15 @@ def _together(dae: Dae) -> tuple[str, ...]:
             if others:
                 return first, others[0]
     return ()
+
+
+def _past(dae: Dae, part: str, ends: Sequence[str]) -> Connect | None:
+    """The one connection of other parts that brings the ends of a part together."""
+    own = [c for c in dae.connects if part in (owner(c.left), owner(c.right))]
+    others = [c for c in dae.connects if c not in own]
+    sides = {c.left if owner(c.right) == part else c.right for c in own}
+    found = [c for c in others if {c.left, c.right} == sides]
+    return found[0] if len(found) == 1 and len(sides) == 2 else None
 
 
 def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:

@@ -9,13 +9,15 @@ Equations, variables and visuals stay as they were: messages and results speak o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
+from msgspec import field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.prose import either, shortened
+from planarc.core.source import Span
 from planarc.ir.actions import expressions_of, rewrite_action
 from planarc.ir.dae import Action, Dae, Reinit, When
 from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols, text
@@ -50,11 +52,13 @@ def expressions_of_rest(dae: Dae) -> Iterator[Expr]:
 
 class Resets(Data):
     """The symbols that some `reinit` sets, which must stay states; those of them that no equation
-    differentiates; and the names of all variables that equations differentiate."""
+    differentiates; the names of all variables that equations differentiate; and where each is
+    set."""
 
     symbols: tuple[Expr, ...] = ()
     stateless: frozenset[Expr] = frozenset()
     states: tuple[str, ...] = ()
+    spans: Mapping[Expr, Span] = field(default_factory=dict)
 
     @property
     def hint(self) -> str:
@@ -70,15 +74,16 @@ NO_RESETS = Resets()
 def find_resets(dae: Dae, rewrite: Substitution) -> Resets:
     """What is set by `reinit` in a model before its aliases are eliminated."""
     actions = (a for when in dae.whens for _, found in when.branches for a in found)
-    reset = dict.fromkeys(a.symbol for a in actions if isinstance(a, Reinit))
+    reset = {a.symbol: a.span for a in actions if isinstance(a, Reinit)}
     if not reset:
         return NO_RESETS
     sides = (side for e in dae.equations for side in (e.left, e.right))
     moved = {s.name for s in symbols(*sides) if s.order}
     states = tuple(v.name for v in dae.variables if v.name in moved)
     kept = {s.name for s in symbols(*(rewrite(dae.table.symbol(name)) for name in states))}
-    found = tuple(dict.fromkeys(s for r in reset for s in symbols(rewrite(r))))
-    return Resets(found, frozenset(s for s in found if s.name not in kept), states)
+    found = {s: span for r, span in reset.items() for s in symbols(rewrite(r))}
+    stateless = frozenset(s for s in found if s.name not in kept)
+    return Resets(tuple(found), stateless, states, found)
 
 
 def _when(when: When, dae: Dae, substitute: Substitution) -> When:

@@ -112,6 +112,9 @@ def check_always(
     for step in steps:
         always = [t for t in step.tears if select_of(t, attributes) is StateSelect.ALWAYS]
         if len(always) > step.free:
+            if all(t in resets.symbols for t in always):
+                wrong.append(_reset_together(always, step.free, attributes, resets))
+                continue
             names = ticked(attributes[t].display for t in always)
             spans = [equations[r.equation].span for r in step.residuals]
             wrong.append(
@@ -144,6 +147,21 @@ def _replaces_one(step: Step, resets: Resets) -> bool:
     """Whether a block ties what is set to one state, or one derivative of a state, alone."""
     within = postorder([*(r.value for r in step.residuals), *(a.value for a in step.inner)])
     return len({e for e in within if e.is_symbol and e.name in resets.states}) == 1
+
+
+def _reset_together(
+    always: Sequence[Expr], free: int, attributes: Mapping[Expr, Attributes], resets: Resets
+) -> Diagnostic:
+    """The refusal of more `reinit`s than there are motions to set."""
+    names = ticked(attributes[t].display for t in always)
+    spans = [resets.spans[t] for t in always if t in resets.spans]
+    return Diagnostic(
+        "S308",
+        f"{names} are all set by `reinit`, but only {free} of them {be(free)} independent",
+        spans[-1] if spans else attributes[always[-1]].span,
+        hint=f"leave {len(always) - free} of these `reinit` out: what is set there follows",
+        related=tuple(Related("this one is another", span) for span in spans[:-1]),
+    )
 
 
 def _asked_too_much(a: Attributes, source: SourceEquation) -> Diagnostic:

@@ -136,7 +136,13 @@ def _chosen(node: syntax.IfEquation, env: Env) -> tuple[syntax.Equation, ...]:
     for expression, body in node.branches:
         condition = evaluate.condition_of(expression, env, "the condition of `if`")
         if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
-            raise error("F306", "`connect` stands in an `if` whose condition changes", node.span)
+            raise error(
+                "F306",
+                "`connect` stands in an `if` whose condition changes",
+                node.span,
+                hint="what is connected stays so for a whole run, only parameters decide it: what "
+                "is to catch or to let go is a contact, a clutch or a force",
+            )
         if evaluate.structural_value(condition, env, "the condition of `if`"):
             return body
     return node.otherwise

@@ -113,6 +113,20 @@ def _connect_of_three(trouble: Trouble, repair: Repair | None) -> Diagnostic | N
     return Diagnostic("P101", "`connect` joins two connectors", trouble.token.span, hint=hint)
 
 
+def _index_in_parentheses(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `hinge(1).phi` and `x(2) := 1`: an index as in MATLAB."""
+    tokens, at = trouble.tokens, trouble.at
+    kinds = [t.type for t in tokens[max(at - 4, 0) : at]]
+    if trouble.token.type not in ("DOT", "ASSIGN") or kinds[1:] != ["LPAR", kinds[2], "RPAR"]:
+        return None
+    if kinds[0] != "IDENT" or kinds[2] not in ("INTEGER", "IDENT"):
+        return None
+    name, index = tokens[at - 4].text, tokens[at - 2].text
+    span = tokens[at - 4].span.to(tokens[at - 1].span)
+    message = f"`{span.text}` calls a function: elements of arrays stand in square brackets"
+    return instead(message, span, f"{name}[{index}]")
+
+
 def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `a.y -> b.u`."""
     for at in (trouble.at, trouble.at + 1):
@@ -352,6 +366,7 @@ OTHER_LANGUAGES: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ..
     _loop_of_c,
     _assigning_operator,
     _connect_of_three,
+    _index_in_parentheses,
     _arrow,
     _colon_for_then,
     _assigned_expression,

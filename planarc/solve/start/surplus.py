@@ -13,7 +13,8 @@ from planarc.solve.start.system import System
 def spare_ground(program: Program) -> str:
     """What stands on the ground for nothing, and may be where a loop was to be closed."""
     spare = program.mechanism.spare if program.mechanism else ()
-    own = [n for n in spare if "." not in n and any(p.name == n for p in program.parts)]
+    parts = {p.name for p in program.parts if not p.inner}
+    own = [n for n in spare if "." not in n and n in parts]
     return f"; nothing is connected to {trouble.names(own)}" if own else ""
 
 
