@@ -8,6 +8,7 @@ Out:  flat.Declared, one for each expression, typed in the component's own scope
     energy(potential(rate = P) = E)              E counts where it changes by P, else P does
     energy(lossPower = P, suppliedPower = P)     turned into heat; put in from outside; in W
     size('radius of gyration' = k)               a length beside that of a mechanism, in m
+    size('length without load'(of = s) = L)      the same, of what is as long as s
     point(centre = r), point = r                 a point of the plane that moves, in m
     contact = r                                  where a joint's force acts, in m
     force(normal(at = r) = f)                    a force and where it acts, in N and m; a row each
@@ -141,12 +142,12 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
         name = _name(inner)
         if kind == "energy":
             yield from _energy(name, inner)
-        elif kind == "event":
-            yield from _event(name.strip("'"), inner)
+        elif kind in _WORDED:
+            yield from _worded(kind, name.strip("'"), inner)
         elif kind == "force":
             yield from _force(name, inner)
         elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
-            yield kind, name.strip("'"), own
+            yield kind, name, own
 
 
 def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
@@ -173,17 +174,24 @@ def _force(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syn
     yield from (("force", name, force), ("force", f"{name}.at", places[0]))
 
 
-def _event(text: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+#: What is told in words: what is asked where a value is missing, and what else may be said.
+_WORDED = {"event": ("say when", "from"), "size": ("say how large", "of")}
+
+
+def _worded(
+    kind: str, text: str, argument: syntax.Argument
+) -> Iterator[tuple[str, str, syntax.Expression]]:
     assert isinstance(argument, syntax.ElementModification)
+    missing, other = _WORDED[kind]
     value = binding_of(argument)
     if value is None:
-        raise error("F267", f"say when: `event('{text}' = ...)`", argument.span)
-    yield "event", text, value
+        raise error("F267", f"{missing}: `{kind}('{text}' = ...)`", argument.span)
+    yield kind, text, value
     for inner in inside(argument):
-        before = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
-        if _name(inner) != "from" or before is None:
-            raise _unknown(_name(inner), ("from",), inner)
-        yield "event", f"{text}.from", before
+        more = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
+        if _name(inner) != other or more is None:
+            raise _unknown(_name(inner), (other,), inner)
+        yield kind, f"{text}.{other}", more
 
 
 def _name(argument: syntax.Argument) -> str:

@@ -207,7 +207,7 @@ def _judged(program: Program) -> tuple[Taker | None, dict[tuple[float, ...], lis
     """What takes the parameters that assertions of these alone ask, and which of these were broken
     by such values; None where functions are called that may look at more."""
     conditions = [program.assertions[i].condition for i in _sorted_out(program)[1]]
-    return taker_of(program, conditions), {}
+    return taker_of(program.slots, conditions), {}
 
 
 def impossible_parameters(

@@ -6,7 +6,7 @@ prepared when they are read often (`evaluate.tape`), so a reader should be kept.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planarc.evaluate.value import evaluate
@@ -63,14 +63,14 @@ class Reader:
         return slot
 
 
-def taker_of(program: Program, roots: Sequence[Expr]) -> Taker | None:
-    """What takes the values that expressions of parameters ask; None where functions are called
-    that may look at more."""
+def taker_of(slots: Mapping[str, int], roots: Sequence[Expr]) -> Taker | None:
+    """What takes the values that expressions ask; None where functions are called that may look at
+    more, or something has no slot."""
     nodes = list(postorder(roots))
-    if any(e.op is Op.APPLY for e in nodes):
+    leaves = [repr(e) for e in nodes if not e.args and e.op is not Op.CONST]
+    if any(e.op is Op.APPLY for e in nodes) or any(leaf not in slots for leaf in leaves):
         return None
-    leaves = (e for e in nodes if not e.args and e.op is not Op.CONST)
-    return taker([program.slots[repr(e)] for e in leaves])
+    return taker([slots[leaf] for leaf in leaves])
 
 
 @once

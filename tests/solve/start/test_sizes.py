@@ -36,9 +36,8 @@ end Own;
 """
 
 
-def told(text: str, **options: object) -> list[str]:
-    model = planarc.load(text)
-    found = model.simulate(0.0, **options).warnings
+def told(text: str) -> list[str]:
+    found = planarc.load(text).simulate(0.0).warnings
     return [w.message for w in found if w.code == "R441"]
 
 
@@ -77,10 +76,51 @@ def test_users_own_sizes_count() -> None:
 
 
 @pytest.mark.parametrize(
+    ("place", "free", "message"),
+    [
+        (
+            "500,0",
+            0.4,
+            "`spring` is 500 m long at the start, 1.25e+03 times its length s_unstretched",
+        ),
+        ("0.5,0", 0.4, None),
+        ("0.5,0", 0, None),  # a spring without length is a common idea
+    ],
+)
+@pytest.mark.parametrize("kind", ["Spring", "SpringDamperParallel", "SpringDamperSeries"])
+def test_springs_are_compared_with_themselves(
+    kind: str, place: str, free: float, message: str | None
+) -> None:
+    text = f"""model Hung
+      import PlanarMultiBody.*;
+      inner World world;
+      Parts.Fixed hook(r={{{place}}});
+      Joints.Prismatic rail(s(fixed=true), v(fixed=true));
+      Parts.Body body(m=1);
+      Forces.{kind} spring(c=100, {"" if kind == "Spring" else "d=1,"} s_unstretched={free});
+    equation
+      connect(world.frame_b, rail.frame_a);
+      connect(rail.frame_b, body.frame_a);
+      connect(body.frame_a, spring.frame_a);
+      connect(hook.frame_b, spring.frame_b);
+    end Hung;"""
+    assert told(text) == ([] if message is None else [message])
+
+
+def test_what_is_another_name_for_a_coordinate_counts() -> None:
+    text = OWN.replace("size('radius R' = R)", "size('radius R'(of = -frame_a.r[2]) = R)")
+    text = text.replace("fixAngle=true", "fixAngle=true, r(start={0,-500}, each fixed=true)")
+    (message,) = told(text % 1)
+    assert message.startswith("`ball` is 500 m long at the start, 500 times its radius R")
+
+
+@pytest.mark.parametrize(
     ("annotation", "said"),
     [
         ("size = x", "say which size"),
         ("size('length' = x > 1)", "must be a number"),
+        ("size('length')", "say how large"),
+        ("size('length'(off = x) = x)", "did you mean `of`"),
         ("sizes('length' = x)", "did you mean `size`"),
     ],
 )
