@@ -71,16 +71,18 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     connections = [tuple(c for c in names if c in known) for names in dae.connections]
     held = ("", *mechanism.links[0].frames, *_on_ground(mechanism))
     # Frames inside of one component of the model belong together, connected or not.
-    sensors = find_sensors(dae)
+    sensors = find_sensors(dae, frames)
     carrying = [f for f in frames if owner(f) not in sensors]
     inside = (*grouped(carrying, owner).values(), *grouped(carrying, _part).values())
     for together in (*inside, *connections, held):
         for other in together[1:]:
             sets.join(together[0], other)
-    connected = {f for names in connections for f in names if not _is_open(f, names)}
     loose = (frame for frame in frames if sets.find(frame) != sets.find(""))
     groups = grouped(loose, sets.find)
-    moving = find_moving(dae) if groups else frozenset()
+    if not groups:
+        return ()
+    connected = {f for names in connections for f in names if not _is_open(f, names)}
+    moving = find_moving(dae)
     found = []
     for group in groups.values():
         components = tuple(dict.fromkeys(owner(f) for f in group if owner(f) not in sensors))

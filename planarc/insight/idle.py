@@ -65,7 +65,7 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
 def _inside_links(
     dae: Dae, mechanism: Mechanism, link_of: Mapping[str, int]
 ) -> Iterator[Diagnostic]:
-    ends_of = find_ends(dae)
+    ends_of = find_ends(dae, link_of)
     connectors = find_connectors(v.name for v in dae.variables)
     other = {joint.name for joint in mechanism.joints}
     other |= {owner(c) for c, pairs in connectors.items() if pairs is not FRAME}  # it holds shafts
@@ -91,7 +91,8 @@ def _inside_links(
 
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     """Sensors that read places, but no angles, of two frames with the same place."""
-    pairs = [(component, ends) for component, ends in find_sensors(dae).items() if len(ends) == 2]
+    frames = [f for link in mechanism.links for f in link.frames]
+    pairs = [(c, ends) for c, ends in find_sensors(dae, frames).items() if len(ends) == 2]
     tied = _tied(dae) if pairs else None
     inside = {*mechanism.inside}
     for component, ends in pairs:
@@ -194,11 +195,10 @@ def _read_by(dae: Dae, component: str) -> set[str]:
 
 
 def _ends_together(dae: Dae, frames: Mapping[str, int]) -> Iterator[Diagnostic]:
-    outside = frames.keys() - hidden_connectors(dae)
     for names in dae.connections:
-        for component, ends in grouped((n for n in names if n in outside), owner).items():
+        for component, ends in grouped((n for n in names if n in frames), owner).items():
             part = _own(dae, component) if len(ends) > 1 else None
-            if part is not None:
+            if part is not None and hidden_connectors(dae).isdisjoint(ends):
                 yield Diagnostic(
                     "S323",
                     f"both ends of `{component}` are connected to each other: {both(ends)}",

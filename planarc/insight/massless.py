@@ -75,11 +75,12 @@ class _Loose(Data):
 
 def _loose_links(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> list[_Loose]:
     # Open forces say that something is held twice, and nothing of masses.
-    places = {f"{f}.{v}" for link in mechanism.links for f in link.frames for _, v in FRAME}
+    frames = [f for link in mechanism.links for f in link.frames]
+    places = {f"{f}.{v}" for f in frames for _, v in FRAME}
     derived = find_derived(dae)
     moves = [n for n in undetermined if n in places or n in derived]
     loose = {owner(name) for name in moves}
-    sensors = find_sensors(dae).keys()
+    sensors = find_sensors(dae, frames).keys()
     weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
     heavy = find_moving(dae) - weightless
     found = []

@@ -1,6 +1,6 @@
 """Components that carry nothing: by their own equations no force passes any of their frames.
 
-In:   Dae
+In:   Dae, frames
 Out:  the names of the components, each with the frames that a user connects
 
 A part that gives coordinates, as `FreeMotion`, carries nothing either, but it says how its ends may
@@ -13,27 +13,32 @@ is that to which its `frame_resolve` is connected.
 
 from __future__ import annotations
 
-from planarc.insight.connectors import FRAME, find_frames, grouped, owner
+from collections.abc import Iterable, Sequence
+
+from planarc.insight.connectors import FRAME, grouped, owner
 from planarc.ir.dae import Dae
 from planarc.ir.flat import StateSelect
 
 
-def find_sensors(dae: Dae) -> dict[str, list[str]]:
-    """The components that carry nothing, and do not say how their frames may move; their frames
-    but for those that only give axes."""
-    zero, plain = zeros(dae), find_ends(dae)
-    frames = (f for ends in plain.values() for f in ends)
+def find_sensors(dae: Dae, frames: Sequence[str]) -> dict[str, list[str]]:
+    """The components that carry nothing, and do not say how their frames may move; those of the
+    given frames that are theirs, but for those that only give axes."""
+    zero = zeros(dae)
     bare = {f for f in frames if all(f"{f}.{flow}" in zero for flow, _ in FRAME)}
+    if not bare:
+        return {}
     moved = {
         v.component
         for v in dae.variables
         if v.start_written or v.state_select >= StateSelect.PREFER
     }
-    return {c: e for c, e in plain.items() if c not in moved and bare.issuperset(e)}
+    ends = find_ends(dae, frames)
+    return {c: e for c, e in ends.items() if c not in moved and bare.issuperset(e)}
 
 
-def find_ends(dae: Dae) -> dict[str, list[str]]:
-    """The frames of each component that a user connects, but for those that only give axes."""
+def find_ends(dae: Dae, frames: Iterable[str]) -> dict[str, list[str]]:
+    """Those of the given frames that a user connects, of each component, but for those that only
+    give axes."""
     hidden = hidden_connectors(dae)
     axes = {
         name
@@ -42,7 +47,6 @@ def find_ends(dae: Dae) -> dict[str, list[str]]:
         for name in names
         if owner(name) == owner(inner)
     }
-    frames = find_frames(v.name for v in dae.variables)
     return grouped((f for f in frames if f not in hidden and f not in axes), owner)
 
 
