@@ -43,17 +43,24 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
 
 
 def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
-    """Springs, dampers and drives between two flanges of one rigid shaft or slide."""
+    """Springs, dampers and drives between two flanges of one rigid shaft or slide, and drives on a
+    flange that stands still."""
     connectors = find_connectors(v.name for v in dae.variables)
     positions = {c: f"{c}.{pairs[0][1]}" for c, pairs in connectors.items() if pairs is not FRAME}
     ends = grouped(positions, owner)
     every = frozenset(find_elements(dae))
     told = {w.component for w in dae.warnings if isinstance(w, Misplaced)}
-    elements = [c for c in ends if c in every and len(ends[c]) == 2 and c not in told]
+    elements = [c for c in ends if c in every and len(ends[c]) <= 2 and c not in told]
     rigid = _tied(dae, every) if elements else DisjointSets[str]()
     for component in elements:
-        first, second = ends[component]
         part = _own(dae, component)
+        if len(ends[component]) == 1:
+            (end,) = ends[component]
+            if part is not None and _are_tied(rigid, positions[end], ""):
+                what = f"`{component}` does nothing: what `{end}` is connected to stands still"
+                yield _idle(what, part, "connect it to what it is to move")
+            continue
+        first, second = ends[component]
         if part is not None and _are_tied(rigid, positions[first], positions[second]):
             yield _idle(
                 f"`{component}` does nothing: `{first}` and `{second}` are held together by rigid "
@@ -134,8 +141,9 @@ def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             )
 
 
-def _idle(message: str, part: Part) -> Diagnostic:
-    hint = "connect one of them to another part"
+def _idle(
+    message: str, part: Part, hint: str = "connect one of them to another part"
+) -> Diagnostic:
     return Diagnostic("S323", message, part.span, Severity.WARNING, hint=hint)
 
 

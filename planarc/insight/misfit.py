@@ -329,7 +329,7 @@ def _left_open(
         joined = "a body with mass"
     if mechanism is not None and first in (j.name for j in mechanism.joints):
         free = open_apart(dae, mechanism)
-        joined = f"`{free}`, which is open too" if free else joined
+        joined = f"`{free}`, which is open too" if free else "a part that it moves or stands on"
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
