@@ -16,6 +16,7 @@ from planarc.ir.program import Program
 from planarc.solve.contact.bodies import bodies, fixed_together
 from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages import event
+from planarc.solve.messages.sides import switch
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -98,11 +99,6 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
     hint = "start the bodies apart, or exactly where they touch"
     parameters = {p.name for p in touches.program.parameter_slots}
     name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
-    open_curves = [
-        p.name.rpartition(".")[0]
-        for p in touches.program.parameter_slots
-        if p.name.startswith(f"{name}.") and p.name.endswith(".switchSide")
-    ]
     if f"{name}.length" in parameters:  # a rope, whose gap is what is left of its slack
         message = f"{named(touches, i)} is {depth} m too short to join {what} at t = {t:.6g} s"
         hint = f"give `{name}.length` a larger value, or start the bodies nearer to each other"
@@ -112,9 +108,8 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
         if f"{way.rpartition('.')[0]}.R" in parameters:
             message += f" at the radius `{way.rpartition('.')[0]}.R`"
         hint = f"start between the stops, or give `{end}` a {other} value"
-    if open_curves:
-        curve = open_curves[-1].removeprefix(f"{name}.")
-        hint += f"; if they should be on the other side, set `{name}({curve}(switchSide=true))`"
+    if switching := switch(touches.program, name):
+        hint += f"; if they should be on the other side, set {switching}"
     return _found(touches, i, "R480", message, hint)
 
 

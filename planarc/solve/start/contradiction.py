@@ -28,17 +28,19 @@ from planarc.ir.places import declaration, is_own, own_names, own_part, owner
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import is_closed, loop_names
+from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
 from planarc.solve.start.held import CLOSED, INDEPENDENT, Directions, free_motions
 from planarc.solve.start.stage import solve_stage
-from planarc.solve.start.system import System, declared
+from planarc.solve.start.system import System, are_velocities, declared
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 
-#: Way by which the mechanism is moved (radians, metres) to see what moves with what.
-_MOVE = 0.05
+#: Ways by which the mechanism is moved (radians, metres) to see what moves with what: the first by
+#: which it closes.
+_MOVES = (0.4, 0.05)
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
 _MOST = 3
@@ -141,10 +143,13 @@ class Level:
         motions = self._motions(point)
         if motions is None:
             return point
-        beside = point.copy()
-        beside[self.columns] += _MOVE * motions.sum(axis=1)
-        root = solve_stage(self.system, beside, self._own, self.columns)
-        return root.point if root.converged else point
+        for way in _MOVES:
+            beside = point.copy()
+            beside[self.columns] += way * motions.sum(axis=1)
+            root = solve_stage(self.system, beside, self._own, self.columns)
+            if root.converged:
+                return root.point
+        return point
 
     def span(self, point: Vector, items: Sequence[int | FixedSlot]) -> Directions | None:
         """What is independent of some items, as they move with the free motions of a place."""
@@ -190,6 +195,9 @@ def contradicting(
     follows = listed(f"{value:.6g}" for value in found.follows)
     verb = "follow" if more else "follows"
     hint = f"remove `fixed = true` from {which}, which {verb} as {follows} from the others"
+    if not more and not are_velocities(program, columns):
+        around, given = [owner(s.start_name) for s in told], float(system.kernel.w[first.start])
+        hint += other_side(program, system.kernel, around, given, found.follows[0])
     place = declaration(program, first.start_name, first.span)
     drive = "" if more else _hidden_drive(program, first)
     if drive:

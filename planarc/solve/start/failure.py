@@ -18,6 +18,7 @@ from planarc.ir.places import declaration, is_own, own_names, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
+from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
 from planarc.solve.start.contradiction import (
     Contradiction,
@@ -317,6 +318,9 @@ def _not_reachable(
     moving = are_velocities(program, columns)
     near = None if moving else weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
+    if not moving and len(kept) == 1:
+        around = [owner(kept[0].display)]
+        length += other_side(program, system.kernel, around, values[0], reached[0])
     return _at_home(
         program,
         Diagnostic(
