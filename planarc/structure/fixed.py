@@ -30,22 +30,28 @@ class _End(Data):
     place: str
 
 
-def fixed_together(dae: Dae, part: Part) -> Diagnostic | None:
-    """The message where an end of a part is connected to another one, and both are fixed."""
+def fixed_together(dae: Dae, part: Part, held: Sequence[Part]) -> Diagnostic | None:
+    """The message where an end of a part is connected to another one, and both are fixed; that one
+    is of none of the parts that are held too much, where there is such a one."""
     for names in dae.connections:
         if all(own_part(dae, owner(name)) != part for name in names):
             continue
         ends = [end for name in names if (end := _fixed(dae, name)) is not None]
         if len(ends) > 1 and any(own_part(dae, owner(end.name)) == part for end in ends):
-            return _message(dae, part, ends)
+            spare = {p.name for p in held}
+            return _message(dae, part, sorted(ends, key=lambda e: _own(dae, e) in spare))
     return None
+
+
+def _own(dae: Dae, end: _End) -> str:
+    part = own_part(dae, owner(end.name))
+    return part.name if part else ""
 
 
 def _message(dae: Dae, part: Part, ends: Sequence[_End]) -> Diagnostic:
     own = next(end for end in ends if own_part(dae, owner(end.name)) == part)
     other = next(end for end in ends if end is not own)
-    first, last = (end for end in ends if end in (own, other))
-    where = f"`{first.name}` at {first.place} and `{last.name}` at {last.place} are both fixed"
+    where = f"`{other.name}` at {other.place} and `{own.name}` at {own.place} are both fixed"
     if own.place.startswith("{"):
         where += " to the ground"
     connect = _joining(dae, own.name, other.name)
@@ -73,13 +79,18 @@ def _otherwise(part: Part) -> str:
 
 
 def _joining(dae: Dae, one: str, other: str) -> Connect | None:
-    """The connection that brings two ends together, in the order of the text."""
+    """The connection that brings two ends together: those inside of parts come first, then the
+    order of the text counts."""
     joined = DisjointSets((one, other))
-    for connect in dae.connects:
+    for connect in sorted(dae.connects, key=_depth, reverse=True):
         joined.join(connect.left, connect.right)
         if joined.find(one) == joined.find(other):
             return connect
     return None
+
+
+def _depth(connect: Connect) -> int:
+    return max(connect.left.count("."), connect.right.count("."))
 
 
 def _fixed(dae: Dae, end: str) -> _End | None:

@@ -186,10 +186,11 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
                 related=tuple(held[name][1] for name in names),
             )
             continue
-        if not several and (fixed := fixed_together(dae, parts[0])) is not None:
-            yield Held(
-                fixed.code, fixed.message, fixed.span, hint=fixed.hint, related=fixed.related
-            )
+        fixed = [fixed_together(dae, part, parts) for part in parts]
+        if all(fixed):
+            for found in filter(None, fixed):
+                told = (found.code, found.message, found.span)
+                yield Held(*told, hint=found.hint, related=found.related)
             continue
         yield Held(
             "S301",
