@@ -365,16 +365,15 @@ def _model(
         definition.comment,
         definition.name_span,
         figures=figures_of(root, root.session),
-        connects=_own_connects(root, found.joined.connections),
+        connects=_connects(found.joined.connections),
     )
 
 
-def _own_connects(root: Instance, connections: Iterable[Connection]) -> tuple[flat.Connect, ...]:
-    """The connections of the model itself between physical connectors."""
+def _connects(connections: Iterable[Connection]) -> tuple[flat.Connect, ...]:
     return tuple(
         flat.Connect(c.left.name, c.right.name, c.span)
         for c in connections
-        if c.component == root.name and isinstance(c.left.node, Instance)
+        if isinstance(c.left.node, Instance)
     )
 
 

@@ -230,8 +230,9 @@ def _together(dae: Dae) -> tuple[str, ...]:
 
 def _past(dae: Dae, part: str, ends: Sequence[str]) -> Connect | None:
     """The one connection of other parts that brings the ends of a part together."""
-    own = [c for c in dae.connects if part in (owner(c.left), owner(c.right))]
-    others = [c for c in dae.connects if c not in own]
+    connects = [c for c in dae.connects if is_own(dae, c.span)]
+    own = [c for c in connects if part in (owner(c.left), owner(c.right))]
+    others = [c for c in connects if c not in own]
     sides = {c.left if owner(c.right) == part else c.right for c in own}
     found = [c for c in others if {c.left, c.right} == sides]
     return found[0] if len(found) == 1 and len(sides) == 2 else None
@@ -273,7 +274,7 @@ def _bridge(
     rigid parts and the ground; its frames and connections."""
     link = next(i.frames for i in mechanism.links if joint in map(owner, i.frames))
     start, *goals = (f for f in link if owner(f) == joint)
-    connects = {frozenset((c.left, c.right)): c for c in dae.connects}
+    connects = {frozenset((c.left, c.right)): c for c in dae.connects if is_own(dae, c.span)}
     # Within its component a frame that only gives axes holds nothing.
     axes = hidden_connectors(dae).intersection(mechanism.standing)
     inner = (

@@ -455,7 +455,7 @@ class Part(Located):
 
 
 class Connect(Located):
-    """A connection of the model itself, of two physical connectors by their full names."""
+    """A connection of two physical connectors, by their full names."""
 
     left: str
     right: str

@@ -163,6 +163,9 @@ def _check_angle(subject: str, value: flat.Expression, session: Session) -> None
 
 def _check_speed(subject: str, value: flat.Expression, session: Session) -> None:
     speed = _as_written(value)
+    behind = value.span.source.text[value.span.end :].lstrip()
+    if behind.startswith('"'):  # what it is meant to be, which is told of by itself
+        return
     if speed is not None and looks_like_rpm(speed):
         shown = f"{speed:.6g}"
         hint = f"if rpm are meant, write `Modelica.Units.Conversions.from_rpm({shown})`"

@@ -116,15 +116,16 @@ def _connect_of_three(trouble: Trouble, repair: Repair | None) -> Diagnostic | N
 def _index_in_parentheses(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `hinge(1).phi` and `x(2) := 1`: an index as in MATLAB."""
     tokens, at = trouble.tokens, trouble.at
-    kinds = [t.type for t in tokens[max(at - 4, 0) : at]]
-    if trouble.token.type not in ("DOT", "ASSIGN") or kinds[1:] != ["LPAR", kinds[2], "RPAR"]:
-        return None
-    if kinds[0] != "IDENT" or kinds[2] not in ("INTEGER", "IDENT"):
+    kinds = tuple(t.type for t in tokens[max(at - 4, 0) : at])
+    if trouble.token.type not in ("DOT", "ASSIGN") or kinds not in _INDEXED:
         return None
     name, index = tokens[at - 4].text, tokens[at - 2].text
     span = tokens[at - 4].span.to(tokens[at - 1].span)
     message = f"`{span.text}` calls a function: elements of arrays stand in square brackets"
     return instead(message, span, f"{name}[{index}]")
+
+
+_INDEXED = tuple(("IDENT", "LPAR", index, "RPAR") for index in ("INTEGER", "IDENT"))
 
 
 def _arrow(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
