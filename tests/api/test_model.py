@@ -91,6 +91,14 @@ def test_an_input_is_a_function_a_table_or_a_number(lag: Model) -> None:
     assert (lag.inputs, lag.outputs) == (("u",), ("x", "y"))
 
 
+@pytest.mark.parametrize("given", [lambda: 0.5, lambda t, x: x])
+def test_an_input_is_a_function_of_the_time_alone(lag: Model, given: Any) -> None:
+    with pytest.raises(UsageError, match=r"C211.*the function for `u` takes `\(") as caught:
+        lag.simulate(1, inputs={"u": given})
+    assert caught.value.__cause__ is None and caught.value.__suppress_context__
+    assert "lambda t: ..." in str(caught.value)
+
+
 def test_an_input_that_nothing_drives_keeps_its_start_value() -> None:
     model = planarc.load("model M input Real u(start=3); Real y = 2*u; end M;")
     assert set(model.simulate(1)["y"]) == {6}
