@@ -21,6 +21,7 @@ Promises:  an angle is not a whole turn away from its start value where it need 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -44,6 +45,9 @@ NEAR = 0.5
 AGREEING = 12
 #: Other guesses for loops of at most so many coordinates, and for larger ones.
 SMALL_LOOP, MANY, FEW = 12, 16, 4
+#: Tries that end equally far from an assembly, with this relative difference, where none is looked
+#: for any more: parts that do not reach each other end so from everywhere.
+ENOUGH, SAME = 5, 1e-3
 #: Weights of start values: written, of a joint, of others.
 WRITTEN, JOINT, OTHER = 1.0, 1e-3, 1e-6
 #: The pull of a guess, against the conditions.
@@ -84,11 +88,21 @@ def nearest_root(
         if level.is_as_meant(first.point, columns):
             return first
     found = [first] if first.converged else []
+    misses = [] if found else [_miss(first)]
     for guess in level.guesses(u):
         root = level.solve(guess)
         if root.converged:
             found.append(level.without_turns(root))
+        else:
+            misses.append(_miss(root))
+        if not found and len(misses) >= ENOUGH and max(misses) - min(misses) < SAME * max(misses):
+            break
     return level.nearest(found) if found else first
+
+
+def _miss(root: newton.Root) -> float:
+    """How far a place is from an assembly."""
+    return math.hypot(*root.residuals.tolist())
 
 
 def agreed_place(system: System, u: Vector) -> Vector | None:

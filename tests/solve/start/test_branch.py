@@ -12,6 +12,7 @@ import pytest
 
 import planarc
 from planarc.api.model import Model
+from planarc.solve.start import branch
 
 FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 JOINTS = ("revA", "revB", "revC", "revD")
@@ -126,3 +127,45 @@ def test_where_no_loop_is_concerned_no_length_is_spoken_of() -> None:
     assert diagnostic.hint is not None
     assert "length" not in diagnostic.hint
     assert "parameter" in diagnostic.hint
+
+
+ROPE = """
+model Rope "Six links of 0.1 m between two posts"
+  import PlanarMultiBody.{{Joints, Parts}};
+  inner PlanarMultiBody.World world;
+  Parts.Fixed post(r={{{far}, 0}});
+  Joints.Revolute hinge[6](phi(start={{if i == 1 then -0.6 else 0.2 for i in 1:6}})), last;
+  Parts.BodyShape link[6](each r={{0.1, 0}}, each m=0.1, each I=1e-4);
+equation
+  connect(world.frame_b, hinge[1].frame_a);
+  for i in 1:6 loop
+    connect(hinge[i].frame_b, link[i].frame_a);
+  end for;
+  for i in 1:5 loop
+    connect(link[i].frame_b, hinge[i + 1].frame_a);
+  end for;
+  connect(link[6].frame_b, last.frame_a);
+  connect(last.frame_b, post.frame_b);
+end Rope;
+"""
+
+
+def test_tries_that_all_miss_by_as_much_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts that do not reach each other end equally far apart from every guess."""
+    calls = list[int]()
+
+    def counted(level: branch._Level, guess: np.ndarray) -> object:
+        calls[-1] += 1
+        return solved(level, guess)
+
+    def begun(*given: object) -> object:
+        calls.append(0)
+        return nearest(*given)
+
+    solved, nearest = branch._Level.solve, branch.nearest_root
+    monkeypatch.setattr(branch._Level, "solve", counted)
+    monkeypatch.setattr("planarc.solve.start.assembly.nearest_root", begun)
+    with pytest.raises(planarc.PlanarcError, match=r"R412.*its ends stay 0\.2 apart"):
+        planarc.load(ROPE.format(far=0.8)).simulate(0)
+    assert max(calls) == branch.ENOUGH
+    assert planarc.load(ROPE.format(far=0.5)).simulate(0).ended is None
