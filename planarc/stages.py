@@ -33,6 +33,12 @@ if TYPE_CHECKING:
     from planarc.request.request import Target
 
 
+_TOO_MANY = (
+    "there are too many joints or bars: leave some out, or put a joint where parts are fastened to "
+    "each other;"
+)
+
+
 def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
     """The flat model of a class; files of libraries are parsed on the way. Raises PlanarcError."""
     from planarc.flatten.pipeline import Unbalanced
@@ -234,7 +240,7 @@ def _held_too_often(
     known = f"{found[0].hint};" if twice or (isinstance(first, Held) and not loop) else ""
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop),)
-    hint = f"{known or 'there are too many joints or bars, leave some out;'} "
+    hint = f"{known or _TOO_MANY} "
     hint += f"those that fit are accepted with {ACCEPTING}"
     told = (*found[0].related, Related(count_text(mechanism)))
     return (replace(found[0], hint=hint, related=told, mend=Accept()), *found[1:])

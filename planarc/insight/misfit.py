@@ -256,7 +256,10 @@ def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
     where: tuple[Related, ...] = ()
     if last is not None:
         hint = f"remove `connect({last.left}, {last.right})` or `{joint}`"
-        hint += "" if together else ", or put a joint there"
+        if len(parts) == 1 and not together:
+            hint += f", or put `{parts[0]}` in line with it, between `{joint}` and another part"
+        elif not together:
+            hint += ", or put a joint there"
         where, span = (Related(f"`{joint}` is declared here", span),), last.span
     return Diagnostic(
         "S303",

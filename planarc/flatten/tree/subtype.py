@@ -36,11 +36,16 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
         if definition.prefixes.protected or wanted.parts[index].protected:
             continue
         if name in own.members:
-            reason = _member_obstacle(name, own, wanted) or _type_obstacle(name, cls, constraint)
+            reason = (
+                _member_obstacle(name, own, wanted)
+                or _type_obstacle(name, cls, constraint)
+                or _size_obstacle(name, own, wanted)
+            )
             if reason is not None:
                 return reason
         elif lookup.member(static_instance(cls), name) is None:
-            return f"it has no `{name}`"
+            passed = isinstance(definition, syntax.Component) and definition.causality.value
+            return f"it has no {f'{passed} ' if passed else ''}`{name}`"
     return _input_obstacle(cls, own, wanted)
 
 
@@ -73,6 +78,26 @@ def _type_obstacle(name: str, cls: Class, constraint: Class) -> str | None:
     if own is None or wanted is None or base_conforms(wanted, own):
         return None
     return f"its `{name}` is {type_text(own)}, not {type_text(wanted)}"
+
+
+def _size_obstacle(name: str, own: Layout, wanted: Layout) -> str | None:
+    """Arrays whose sizes are written as numbers have the same sizes."""
+    first, second = own.members[name][1], wanted.members[name][1]
+    if not isinstance(first, syntax.Component) or not isinstance(second, syntax.Component):
+        return None
+    sizes, asked = _sizes(first), _sizes(second)
+    if None in sizes or None in asked or sizes == asked or len(sizes) != len(asked):
+        return None
+    return f"its `{name}` has the size {_shown(sizes)}, not {_shown(asked)}"
+
+
+def _sizes(definition: syntax.Component) -> tuple[int | None, ...]:
+    dims = (*definition.dimensions, *definition.type_dimensions)
+    return tuple(d.value if isinstance(d, syntax.Integer) else None for d in dims)
+
+
+def _shown(sizes: tuple[int | None, ...]) -> str:
+    return f"[{', '.join(map(str, sizes))}]"
 
 
 def _input_obstacle(cls: Class, own: Layout, wanted: Layout) -> str | None:
