@@ -66,8 +66,8 @@ def _warn_twins(element: Element, owner: Instance) -> None:
 
 
 def _warn_shadow(near: Element, far: Element | None) -> None:
-    """An inner component hides another one of its class, that of the model around it, which has
-    other values."""
+    """An inner component of a library's class hides another one, that of the model around it, which
+    has other values: there is one world, as a rule."""
     ours, theirs = near.definition, None if far is None else far.definition
     if not isinstance(ours, syntax.Component) or not isinstance(theirs, syntax.Component):
         return
@@ -75,6 +75,10 @@ def _warn_shadow(near: Element, far: Element | None) -> None:
     alike = str(ours.type) == str(theirs.type) and _values(ours) != _values(theirs)
     told = any(w.code == "F264" and w.span == ours.span for w in session.warnings)
     if not alike or ours.prefixes.outer or told:
+        return
+    cls = find_class(near.scope, ours.type)
+    own = cls.definition.span.source.name in session.library.user_files()
+    if own or layout_of(cls).builtin is not None:
         return
     message = f"`{owner.cls.name}` has an `inner {ours.type} {near.name}` of its own: inside of "
     message += f"`{owner.name}` that of the model around it, `{theirs.span.text}`, counts nowhere"

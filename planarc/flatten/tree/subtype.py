@@ -44,8 +44,7 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
             if reason is not None:
                 return reason
         elif lookup.member(static_instance(cls), name) is None:
-            passed = isinstance(definition, syntax.Component) and definition.causality.value
-            return f"it has no {f'{passed} ' if passed else ''}`{name}`"
+            return f"it has no `{name}`"
     return _input_obstacle(cls, own, wanted)
 
 
