@@ -149,7 +149,7 @@ class _Starts:
     def _given_by(self, symbol: Expr, path: tuple[str, ...]) -> Expr:
         """What gives a variable its value: rather an expression than another name for it."""
         sides = sorted(self._sides[symbol.name], key=lambda e: e.is_symbol)
-        ways = (self._followed(e, path) for e in sides if e.name not in path or not e.is_symbol)
+        ways = (self._followed(e, path) for e in sides if not e.is_symbol or e.name not in path)
         return next((e for e in ways if not e.is_symbol or e.name not in self._sides), symbol)
 
     def _is_known(self, e: Expr) -> bool:

@@ -45,8 +45,8 @@ NEAR = 0.5
 AGREEING = 12
 #: Other guesses for loops of at most so many coordinates, and for larger ones.
 SMALL_LOOP, MANY, FEW = 12, 16, 4
-#: Tries that end equally far from an assembly, with this relative difference, where none is looked
-#: for any more: parts that do not reach each other end so from everywhere.
+#: Tries after which the search ends where all miss by as much, and their relative difference: parts
+#: that do not reach each other miss so from everywhere.
 ENOUGH, SAME = 5, 1e-3
 #: Weights of start values: written, of a joint, of others.
 WRITTEN, JOINT, OTHER = 1.0, 1e-3, 1e-6

@@ -42,8 +42,8 @@ _WORST = 3
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
-#: Share of a start value below which the value that is best means zero: parts in one line.
-_STRETCHED = 1e-3
+#: Share of a start value below which another one means zero.
+_SLIGHT = 1e-3
 #: Share of a free motion in the held values below which a position is called a dead centre.
 DEAD_CENTRE = 2e-2
 
@@ -281,9 +281,9 @@ def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: V
     moved = max(columns, key=lambda c: abs(point[c] - u0[c]), default=None)
     if moved is None or abs(point[moved] - u0[moved]) < _SMALL:
         return ""
-    there = point[moved] if abs(point[moved]) > _STRETCHED * abs(u0[moved]) else 0.0
+    near = 0.0 if abs(point[moved]) < _SLIGHT * abs(u0[moved]) else point[moved]
     return (
-        f"; if they do, try `{program.candidates[moved].display}(start = {_start(there)})` "
+        f"; if they do, try `{program.candidates[moved].display}(start = {_start(near)})` "
         f"instead of {_start(u0[moved])}"
     )
 
