@@ -246,6 +246,9 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> Cho
         subscript, env.with_end(flat.Reference(size, subscript.span, node.name), k)
     )
     if env.picks and not typed.type.dims and _varies(typed, env):
+        if not node.dims[k]:
+            message = f"`{node.name}` has no members that an index could choose"
+            raise error("F219", message, subscript.span)
         return typed
     value = evaluate.structural_value(
         typed, env, f"the index of the array of components `{node.name}`"
@@ -273,6 +276,8 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
         here = f"this is at {listed(at)}: let the loop run over"
         hint = f"{hint}; {here} others" if hint else f"{here} fewer values"
     message = f"the index {index} of `{name}` is outside of 1 to {size}"
+    if not size:
+        message = f"the index {index} is outside of `{name}`, which has no members"
     if not at:
         return OutOfRange(Diagnostic("F219", message, span, hint=hint))
     turn = f"{span.source.name}:{span.line} {index} {at}"  # its other arrays follow from one

@@ -116,8 +116,9 @@ def multiply(a: Value, b: Value) -> Value:
 
 
 def _matrix_power(base: Value, exponent: Value) -> Value:
-    assert isinstance(exponent, int)
-    return nested(power(Numbers, tensor_of(base), exponent))
+    if not isinstance(exponent, int | float) or exponent != int(exponent):
+        raise TypeError
+    return nested(power(Numbers, tensor_of(base), int(exponent)))
 
 
 class Numbers:
