@@ -101,8 +101,9 @@ class Run(Begun):
             absolute = self.states.absolute(tolerance)
             sizes = [a + tolerance * abs(v) for a, v in zip(absolute, y, strict=True)]
             names = [self.program.candidates[i].display for i in self.states.selection]
-            self.labour = self.labour or Labour(self.program, self.kernel)
-            self.labour.note(Stretch(t - way, t, names, y, sizes, pace is Pace.ABSURD))
+            self.labour = self.labour or Labour(self.program, self.kernel, self.request.span)
+            stretch = Stretch(t - way, t, names, y, sizes, pace is Pace.ABSURD)
+            self.ended = self.labour.note(stretch)
 
     def _rescue(self, march: March) -> None:
         """The integrator failed: other states may help, else the run ends here."""

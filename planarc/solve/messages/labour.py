@@ -1,7 +1,7 @@
 """Stretches of a run that take absurdly many steps, and the jump in the equations they stand at.
 
 In:   Program, Kernel, the point where each long stretch ends
-Out:  a warning, once the run is over
+Out:  a warning, once the run is over; an error, where nobody would wait for its end
 
 An integrator that meets `sign(v)` where v comes to rest crosses the jump to and fro, by steps as
 short as its tolerance: the result is right, and takes millions of them. A jump is told where its
@@ -25,6 +25,9 @@ from planarc.solve.messages import trouble
 
 #: Long stretches at a jump, and others that are absurd, from which on one warns.
 JUMPING, ABSURD = 10, 100
+#: Stretches in a row at a jump, each at most so much of the run, after which it is ended: at this
+#: pace it would take 100 million steps.
+HOPELESS, HOPELESS_PART = 100, 1e-4
 #: Stretches without a jump after which none is looked for any more.
 PLAIN = 30
 #: Multiple of its change, where states move by their tolerances, that is a switching value.
@@ -59,16 +62,17 @@ class Stretch(Data):
 class Labour:
     """The long stretches of one run, those at a jump counted for each."""
 
-    def __init__(self, program: Program, kernel: Kernel) -> None:
-        self._program, self._kernel = program, kernel
+    def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
+        self._program, self._kernel, self._span = program, kernel, span
         self._jumps: tuple[Jump, ...] | None = None
         self._counts: Counter[int] = Counter()
-        self._stretches = self._absurd = 0
+        self._stretches = self._absurd = self._hopeless = 0
         self._first = self._last = 0.0  # where the first began, and the last ended
         self._fastest = ""
 
-    def note(self, stretch: Stretch) -> None:
-        """A long stretch. The workspace is left at another point than its end."""
+    def note(self, stretch: Stretch) -> Diagnostic | None:
+        """Why the run ends after this long stretch, if it does. The workspace is left at
+        another point than its end."""
         self._first = self._first if self._stretches else stretch.begin
         self._last = stretch.t
         self._stretches += 1
@@ -77,7 +81,16 @@ class Labour:
             ydot = [0.0] * len(stretch.y)
             if self._kernel.rhs(stretch.t, stretch.y, ydot) == 0:
                 self._fastest = trouble.fastest(stretch.names, stretch.y, ydot)
-            self._counts.update(self._at(stretch))
+            self._counts.update(found := self._at(stretch))
+            way = stretch.t - stretch.begin
+            slow = bool(found) and way <= HOPELESS_PART * self._span
+            self._hopeless = self._hopeless + 1 if slow else 0
+            if self._hopeless == HOPELESS:
+                steps = effort.STRETCH * self._span / way
+                message = f"from t = {self._first:.4g} s on the run would take "
+                message += f"{steps / 1e6:,.0f} million steps"
+                return self._diagnostic(message, Severity.ERROR)
+        return None
 
     def _at(self, stretch: Stretch) -> list[int]:
         """The jumps whose switching values are zero there, as far as one knows the states."""
@@ -98,24 +111,28 @@ class Labour:
         return [v[0] - (v[1] if len(v) > 1 else 0.0) for v in sides]
 
     def warning(self) -> Diagnostic | None:
-        """What one should know of the run's steps."""
-        often = [i for i, n in self._counts.items() if n >= max(JUMPING, self._stretches // 10)]
-        if not often and self._absurd < ABSURD:
+        """What one should know of the steps of a run that was not ended for them."""
+        enough = self._often() or self._absurd >= ABSURD
+        if not enough or self._hopeless == HOPELESS:
             return None
         message = f"between t = {self._first:.4g} s and t = {self._last:.4g} s the run took "
         message += f"{effort.STRETCH * self._stretches:,} steps"
-        told = f"the states that move fastest are {self._fastest}" if self._fastest else ""
-        if not often:
-            return _warned(message, None, "; ".join(part for part in (_FAST, told) if part))
-        assert self._jumps is not None
-        first = self._jumps[max(often, key=lambda i: (self._counts[i], -i))]
-        message += f": {first.text} in `{first.info.text}` switches to and fro there"
-        return _warned(message, first.info, "; ".join(part for part in (_STICKING, told) if part))
+        return self._diagnostic(message, Severity.WARNING)
 
+    def _often(self) -> list[int]:
+        """The jumps at which many of the stretches stood."""
+        return [i for i, n in self._counts.items() if n >= max(JUMPING, self._stretches // 10)]
 
-def _warned(message: str, info: EquationInfo | None, hint: str) -> Diagnostic:
-    span = None if info is None else info.span
-    return Diagnostic("R427", message, span, Severity.WARNING, hint=hint)
+    def _diagnostic(self, message: str, severity: Severity) -> Diagnostic:
+        hint, span = _FAST, None
+        if (often := self._often()) and self._jumps is not None:
+            hint = _STICKING
+            jump = self._jumps[max(often, key=lambda i: (self._counts[i], -i))]
+            message += f": {jump.text} in `{jump.info.text}` switches to and fro there"
+            span = jump.info.span
+        if self._fastest:
+            hint += f"; the states that move fastest are {self._fastest}"
+        return Diagnostic("R427", message, span, severity, hint=hint)
 
 
 def _around(y: Sequence[float], sizes: Sequence[float]) -> Iterator[list[float]]:

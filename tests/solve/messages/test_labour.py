@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import planarc
@@ -41,6 +43,7 @@ def short_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(effort, "STRETCH", effort.STRETCH // 20)
     for name in ("CREEP_PART", "ABSURD_PART", "LONG_PART"):
         monkeypatch.setattr(effort, name, getattr(effort, name) / 20)
+    monkeypatch.setattr(labour, "HOPELESS_PART", labour.HOPELESS_PART / 20)
 
 
 @pytest.mark.usefixtures("short_stretches")
@@ -62,6 +65,27 @@ def test_a_jump_that_holds_a_state(jump: str, named: str, backend: str) -> None:
     assert found.span.line == 5
     assert "`BearingFriction`" in str(found.hint)
     assert "move fastest are `v` (rate " in str(found.hint)
+
+
+@pytest.mark.usefixtures("short_stretches")
+def test_a_jump_that_nobody_would_wait_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run ends with its rows, and says at what."""
+    monkeypatch.setattr(labour, "HOPELESS", 20)
+    model = planarc.load(RUBBING.replace("JUMP", "-2*sign(v)"))
+    with pytest.raises(planarc.RunStopped) as stopped:
+        model.simulate(100.0, intervals=1000)
+    result = stopped.value.result
+    ended = result.ended
+    assert ended is not None
+    assert (ended.code, ended.severity) == ("R427", Severity.ERROR)
+    assert re.match(
+        r"from t = 0\.5\d* s on the run would take [\d,]+ million steps: ", ended.message
+    )
+    assert "`sign` in `der(v) = -2*sign(v)" in ended.message
+    assert ended.span is not None
+    assert ended.span.line == 5
+    assert [w for w in result.warnings if w.code == "R427"] == []
+    assert 0.5 <= result.time[-1] < 1.0
 
 
 @pytest.mark.usefixtures("short_stretches")
