@@ -148,7 +148,7 @@ def _range(scope: Scope, e: flat.Range) -> Value:
     steps = (stop - start) / step * (1 + 1e-15)
     if not steps < MAX_ENTRIES:
         raise error("L310", f"a range of {steps:g} values is too long", e.span)
-    count = max(0, math.floor(steps) + 1)
+    count = math.floor(steps) + 1 if steps >= 0 else 0
     return stack([scope.table.const(start + i * step) for i in range(count)])
 
 

@@ -70,3 +70,9 @@ def test_a_function_that_is_handed_in_must_have_a_result() -> None:
           Real x = h(g);
         end M;
         """)
+
+
+def test_a_range_from_beyond_its_end_is_empty_however_far() -> None:
+    """As far as its number of steps is no number."""
+    result = planarc.load("model M Real x = 1 + sum(1e308:1e-300:1e300); end M;").simulate(1.0)
+    assert result.at("x", 1.0) == 1.0
