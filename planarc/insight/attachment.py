@@ -218,6 +218,10 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         return None
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
+    couplings = [_part(j.name) for j in mechanism.joints if j.conditions == 1]
+    if 1 < len(couplings) <= _SHOWN and not any(link.free == 2 for link in mechanism.links):
+        hint = f"leave out one of {listed(f'`{name}`' for name in couplings)}, each of which takes "
+        hint += "one motion away, unless a structure is meant"
     rigid = _rigid_loop(mechanism)
     if rigid:
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "

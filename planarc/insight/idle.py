@@ -8,7 +8,8 @@ Out:  warnings S323
                          joints hold together; with start values of its own it is no idle one
     inside of one part   a spring, damper or drive between two points of one rigid body or shaft
     on the ground        a force or torque on what cannot move
-    on one point         a sensor of distances whose frames are always at the same place
+    on one point         a sensor of distances, or a spring along a line, whose frames are always
+                         at the same place, as those of a hinge
 
 A spring, damper or drive is a component with two ends that declares what energy it stores, loses or
 supplies, but no kinetic energy; a force or torque of the world is one with a single end.
@@ -97,16 +98,18 @@ def _inside_links(
 
 
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
-    """Sensors that read places, but no angles, of two frames with the same place."""
+    """Sensors and springs that read places, but no angles, of two frames with the same place."""
     frames = [f for link in mechanism.links for f in link.frames]
-    pairs = [(c, ends) for c, ends in find_sensors(dae, frames).items() if len(ends) == 2]
+    sensors = find_sensors(dae, frames)
+    pairs = [(c, ends) for c, ends in sensors.items() if len(ends) == 2]
+    pairs += _line_forces(dae, mechanism)
     tied = _tied(dae) if pairs else None
     inside = {*mechanism.inside}
     for component, ends in pairs:
-        part = _own(dae, component)
+        part, is_sensor = _own(dae, component), component in sensors
         if tied is None or part is None or _together(dae, component):
             continue
-        if component in inside:
+        if component in inside and is_sensor:
             yield Diagnostic(
                 "S323",
                 f"what `{component}` shows never changes: {both(ends)} are on one rigid part",
@@ -114,16 +117,27 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 Severity.WARNING,
                 hint="connect one of them to another part",
             )
-            continue
         same = all(_are_tied(tied, *(f"{e}.r[{i}]" for e in ends)) for i in (1, 2))
-        if same and not {f"{e}.phi" for e in ends} & _read_by(dae, component):
-            yield Diagnostic(
-                "S323",
-                f"`{component}` always shows 0: {both(ends)} are one point",
-                part.span,
-                Severity.WARNING,
-                hint="connect one of them to another point",
-            )
+        if component in inside or not same:
+            continue
+        if {f"{e}.phi" for e in ends} & _read_by(dae, component):
+            continue
+        what = "always shows 0" if is_sensor else "does nothing"
+        hint = "connect one of them to another point"
+        if not is_sensor:
+            hint += "; what turns a hinge is a rotational spring or drive, at its flange"
+        yield _idle(f"`{component}` {what}: {both(ends)} are one point", part, hint)
+
+
+def _line_forces(dae: Dae, mechanism: Mechanism) -> Iterator[tuple[str, list[str]]]:
+    """Springs, dampers and drives between two frames that turn neither."""
+    joints, zero = {joint.name for joint in mechanism.joints}, zeros(dae)
+    elements = [c for c in find_elements(dae) if c not in joints]
+    ends_of = find_ends(dae, (f for link in mechanism.links for f in link.frames))
+    for component in elements:
+        ends = ends_of.get(component, [])
+        if len(ends) == 2 and all(f"{end}.t" in zero for end in ends):
+            yield component, ends
 
 
 def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:

@@ -28,7 +28,7 @@ from planarc.core.source import Span
 from planarc.insight.attachment import open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
 from planarc.insight.massless import find_hung, find_massless
-from planarc.insight.sensors import hidden_connectors, zeros
+from planarc.insight.sensors import are_passed, find_ends, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
@@ -256,7 +256,12 @@ def _bridged(dae: Dae, mechanism: Mechanism, joint: str) -> Diagnostic:
     where: tuple[Related, ...] = ()
     if last is not None:
         hint = f"remove `connect({last.left}, {last.right})` or `{joint}`"
-        if len(parts) == 1 and not together:
+        ends_of = find_ends(dae, frames)
+        passed = next((p for p in parts if are_passed(dae, p, ends_of.get(p, ()))), None)
+        if passed is not None and not together:
+            hint = f"`{passed}` is a rigid connection: put it between two parts in place of the "
+            hint += f"connection of these, not beside `{joint}`"
+        elif len(parts) == 1 and not together:
             hint += f", or put `{parts[0]}` in line with it, between `{joint}` and another part"
         elif not together:
             hint += ", or put a joint there"

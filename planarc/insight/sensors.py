@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 
 from planarc.insight.connectors import FRAME, grouped, owner
 from planarc.ir.dae import Dae
+from planarc.ir.expr import Expr
 from planarc.ir.flat import StateSelect
 
 
@@ -62,3 +63,17 @@ def zeros(dae: Dae) -> set[str]:
         for e in dae.equations
         if e.right is dae.table.zero and e.left.is_symbol and not e.generated
     }
+
+
+def are_passed(dae: Dae, component: str, frames: Sequence[str]) -> bool:
+    """Whether a component's own equations make two frames one, in place and angle: it is put into
+    a connection, to measure what passes."""
+    own = [e for e in dae.equations if e.component == component and not e.generated]
+    equal = {frozenset((e.left.name, e.right.name)) for e in own if _are_symbols(e.left, e.right)}
+    return len(frames) == 2 and all(
+        frozenset(f"{frame}.{place}" for frame in frames) in equal for _, place in FRAME
+    )
+
+
+def _are_symbols(*sides: Expr) -> bool:
+    return all(side.is_symbol for side in sides)

@@ -134,7 +134,7 @@ def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]
     owner = {f"{frame}.{v}": frame for frame in frames for v in _POTENTIALS}
     angles = {f"{frame}.phi" for frame in frames}
     flows = {f"{frame}.{v}" for frame in frames for v in _FLOWS}
-    unknown = {v.name for v in dae.variables}
+    unknown = {v.name for v in dae.variables} - _constant(dae)
     groups: dict[str, list[_Relation]] = {}
     for equation in dae.equations:
         if equation.generated:
@@ -156,6 +156,13 @@ def _relations(dae: Dae, frames: Sequence[str]) -> Mapping[str, list[_Relation]]
             )
             groups.setdefault(equation.component, []).append(relation)
     return {c: r for c, r in groups.items() if any(e.frames for e in r)}
+
+
+def _constant(dae: Dae) -> set[str]:
+    """What the start decides for the whole run, `der(p) = 0`: the teeth of a gear, say."""
+    zero = (q for q in dae.equations if q.right.op is Op.CONST and not q.right.data)
+    left = (q.left for q in zero if q.left.op is _SYMBOL)
+    return {name for name, order in (e.data for e in left) if order == 1}
 
 
 def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:

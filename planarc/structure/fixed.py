@@ -4,7 +4,8 @@ In:   Dae, a part of the user's of which an equation determines nothing
 Out:  the message that names both ends, where they are, and what brings them together
 
 Example: `connect(world.frame_b, post.frame_b)`, where `post` stands at {1, 0}. Each of the two says
-by itself where its frame is.
+by itself where its frame is. In place of the post there may be a wheel that rolls on the ground: it
+says how its frame moves.
 """
 
 from __future__ import annotations
@@ -40,6 +41,24 @@ def fixed_together(dae: Dae, part: Part, held: Sequence[Part]) -> Diagnostic | N
         if len(ends) > 1 and any(own_part(dae, owner(end.name)) == part for end in ends):
             spare = {p.name for p in held}
             return _message(dae, part, sorted(ends, key=lambda e: _own(dae, e) in spare))
+    return None
+
+
+def fixed_by_its_end(dae: Dae, part: Part) -> Diagnostic | None:
+    """The message where the only end of a part that is connected stands still by that, though
+    the part itself says how it may move, as a wheel that rolls."""
+    connects = [c for c in dae.connects if part.name in (owner(c.left), owner(c.right))]
+    ends = {end for c in connects for end in (c.left, c.right) if owner(end) == part.name}
+    for connect in connects if len(ends) == 1 else ():
+        (other,) = {connect.left, connect.right} - ends or ends
+        if is_own(dae, connect.span) and _fixed(dae, other) is not None:
+            return Diagnostic(
+                "S301",
+                f"`{other}` stands still, but `{part.name}` says by itself how `{min(ends)}` moves",
+                connect.span,
+                hint=f"remove this connection: `{part.name}` needs none to what stands still",
+                related=(Related(f"`{part.name}` is declared here", part.span),),
+            )
     return None
 
 

@@ -23,7 +23,7 @@ from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
 from planarc.structure.blame import explain_misfit
-from planarc.structure.fixed import fixed_together
+from planarc.structure.fixed import fixed_by_its_end, fixed_together
 from planarc.structure.graph import Rows
 from planarc.structure.grounding import find_ungrounded
 from planarc.structure.matching import Parts, find_singular_parts, match_equations
@@ -187,6 +187,8 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
             )
             continue
         fixed = [fixed_together(dae, part, parts) for part in parts]
+        if not several and not any(fixed):
+            fixed = [fixed_by_its_end(dae, parts[0])]
         if all(fixed):
             for found in filter(None, fixed):
                 told = (found.code, found.message, found.span)

@@ -30,7 +30,7 @@ _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 def named(touches: Points, i: int) -> str:
     """A touch as a user knows it: its component, and its point where there are several."""
-    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+    name = _touching(touches, i)
     found = _POINT.match(name)
     if found is None:
         return f"`{name}`"
@@ -89,7 +89,39 @@ def _found(touches: Points, i: int, code: str, message: str, hint: str) -> Diagn
 def overlapping(touches: Touches, i: int, gaps: Vector, t: float) -> Diagnostic:
     """The refusal of a start at which the contours of a touch are in each other."""
     found = overlap(touches, i, f"{-float(gaps[i]):.3g}", t)
-    return replace(found, hint=f"{found.hint}{_meant(touches, i, gaps)}")
+    beyond = _beyond(touches.program, _touching(touches, i))
+    if beyond is None:
+        return replace(found, hint=f"{found.hint}{_meant(touches, i, gaps)}")
+    way, end, _ = beyond
+    value, limit = (_value(touches, name) for name in (way, end))
+    message = f"`{way}` = {value:.4g} lies beyond the stop `{end}` = {limit:.4g} at t = {t:.6g} s"
+    return replace(found, message=message, hint=f"{found.hint}{_turned(touches, way, value)}")
+
+
+def _touching(touches: Points, i: int) -> str:
+    return touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+
+
+def _value(touches: Touches, name: str) -> float:
+    """Of a variable or a parameter, at this instant."""
+    program, w = touches.program, touches.kernel.w
+    columns = {c.name: c.sign * w[c.slot] for c in program.columns}
+    return float(columns.get(name, 0.0))
+
+
+def _turned(touches: Touches, way: str, value: float) -> str:
+    """What to do where a coordinate between stops is minus that of a joint, which is so where the
+    stops' ends are exchanged."""
+    part, _, kind = way.rpartition(".")
+    w = touches.kernel.w
+    joints = (c for c in touches.program.candidates if c.display.rpartition(".")[2] == kind)
+    other = next((c.display for c in joints if value and -w[c.slot] == value), None)
+    if other is None:
+        return ""
+    return (
+        f"; it is minus `{other}`: if it should be that, exchange what `{part}.frame_a` and "
+        f"`{part}.frame_b` are connected to"
+    )
 
 
 def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
@@ -98,7 +130,7 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
     message = f"{what} overlap by {depth} m in {named(touches, i)} at t = {t:.6g} s"
     hint = "start the bodies apart, or exactly where they touch"
     parameters = {p.name for p in touches.program.parameter_slots}
-    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+    name = _touching(touches, i)
     if f"{name}.length" in parameters:  # a rope, whose gap is what is left of its slack
         message = f"{named(touches, i)} is {depth} m too short to join {what} at t = {t:.6g} s"
         hint = f"give `{name}.length` a larger value, or start the bodies nearer to each other"
@@ -116,7 +148,7 @@ def overlap(touches: Points, i: int, depth: str, t: float) -> Diagnostic:
 def _meant(touches: Touches, i: int, gaps: Vector) -> str:
     """What else may be wrong with a contact: a half plane that moves over the ground, or a contour
     that has the whole of the other one inside; empty where the two only overlap a little."""
-    name = touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
+    name = _touching(touches, i)
     contact = found[1] if (found := _POINT.match(name)) else name
     program, w = touches.program, touches.kernel.w
     classes = {p.name: p.class_name.removeprefix(_CONTOURS) for p in program.parts}
