@@ -44,7 +44,7 @@ from planarc.request.request import MODELS, Reader, Target
 from planarc.stages import flatten, to_dae, to_sorted
 
 LIMIT = 10.0  # CPU seconds of an input
-PATIENCE = 60.0  # wall seconds after which it is held to never end
+PATIENCE = 600.0  # wall seconds after which it is held to never end, on a busy machine too
 MEMORY = 1024**3  # bytes of a process at its largest
 ADDRESSES = 2 * MEMORY
 CLASSES = 3  # classes of one file that are compiled
