@@ -66,6 +66,7 @@ def generate(sorted: SortedDae) -> Program:
             visuals=dae.visuals,
             declared=dae.declared,
             parts=dae.parts,
+            start_places=dae.start_places,
             experiment=dae.experiment,
             equations_before=sorted.equations_before,
             equations_after=sorted.equations_after,

@@ -281,6 +281,7 @@ class Dae(Located):
     visuals: tuple[Visual, ...] = ()
     declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
+    start_places: tuple[tuple[str, Span], ...] = ()  # of variables, see `ir.places`
     connections: tuple[tuple[str, ...], ...] = ()
     connects: tuple[Connect, ...] = ()
     experiment: Experiment = field(default_factory=Experiment)

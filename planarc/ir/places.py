@@ -36,6 +36,13 @@ class Model(Protocol):
     def parts(self) -> tuple[Part, ...]: ...
 
 
+class Started(Model, Protocol):
+    """A model that knows where start values stand which are not in the line of their part."""
+
+    @property
+    def start_places(self) -> tuple[tuple[str, Span], ...]: ...
+
+
 def is_own(model: Model, span: Span) -> bool:
     """Whether a place is in the user's text."""
     if span is NOWHERE or span.source.name == model.span.source.name:
@@ -72,8 +79,12 @@ def owner(variable: str) -> str:
     return variable.removeprefix("der(").removesuffix(")").rpartition(".")[0]
 
 
-def declaration(model: Model, variable: str, span: Span) -> Span:
-    """The user's declaration of the component of a variable, or the variable's own, `span`."""
+def declaration(model: Started, variable: str, span: Span) -> Span:
+    """The user's declaration of the component of a variable, or the variable's own, `span`; its
+    start value, where that has a line of its own."""
+    start = dict(model.start_places).get(variable)
+    if start is not None:
+        return start
     part = own_part(model, owner(variable))
     return part.span if part else span
 

@@ -302,6 +302,7 @@ class Program(Data):
     visuals: tuple[Visual, ...] = ()
     declared: tuple[Declared, ...] = ()
     parts: tuple[Part, ...] = ()
+    start_places: tuple[tuple[str, Span], ...] = ()  # of variables, see `ir.places`
     figures: tuple[Figure, ...] = ()
     mechanism: Mechanism | None = None  # None where it has no frames
     locked: Diagnostic | None = None  # what is told of parts that are held where they are

@@ -21,6 +21,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, symbols
+from planarc.ir.places import is_own, own_part, owner
 from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
@@ -30,7 +31,7 @@ from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.starts import start_discretes
 from planarc.lower.unassigned import warn_of_unassigned
-from planarc.lower.values import Text, Value
+from planarc.lower.values import Text, Value, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor
 
 
@@ -82,6 +83,7 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         visuals=tuple(lower_visual(model, v) for v in source.visuals),
         declared=tuple(lower_declared(model, d) for d in source.declared),
         parts=source.parts,
+        start_places=tuple(_start_places(source)),
         connections=source.connections,
         connects=source.connects,
         experiment=source.experiment,
@@ -90,6 +92,17 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         warnings=(*source.warnings, *model.warnings, *warn_of_unassigned(source)),
         simplified=model.simplified,
     )
+
+
+def _start_places(source: flat.FlatModel) -> Iterator[tuple[str, Span]]:
+    """The user's start values in other lines than where the declarations of their parts begin."""
+    for v in source.variables:
+        start = v.attributes.start
+        if not v.attributes.start_written or start is None or not is_own(source, start.span):
+            continue
+        part = own_part(source, owner(v.name))
+        if part is not None and part.span.line != start.span.line:
+            yield from ((name, start.span) for name in scalar_names(v.name, fixed_dims(v.type)))
 
 
 def _starts(model: Model, variables: Sequence[dae.Variable]) -> dict[str, Value]:

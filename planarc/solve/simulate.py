@@ -105,8 +105,11 @@ def _with_reason(problem: PlanarcError, program: Program, doubt: Diagnostic | No
 
 
 def _nothing_moves(run: Run) -> tuple[Diagnostic, ...]:
-    """The warning that nothing moves: a mechanism has no states, and by count no freedom. Redundant
-    joints that are accepted make the count wrong: then a drive may move all of it."""
-    mechanism, accepted = run.program.mechanism, run.program.sharing is not None
+    """The warning that nothing moves: a mechanism has no states, but for what the start decides for
+    the whole run, and by count no freedom. Redundant joints that are accepted make the count wrong:
+    then a drive may move all of it."""
+    program, w = run.program, run.kernel.w
+    mechanism, accepted = program.mechanism, program.sharing is not None
     lock = None if mechanism is None or accepted else mechanism.locked
-    return () if lock is None or run.states.selection else (lock,)
+    moves = any(w[program.candidates[i].derivative] for i in run.states.selection)
+    return () if lock is None or moves else (lock,)

@@ -143,10 +143,14 @@ def _check_fixed(
         first = fixed[0]
         a, b = first.start(table) or table.zero, other.start(table) or table.zero
         if numbers.differ(a, b):
-            one, two = first.variable, other.variable
-            if one.start_written and not two.start_written:
-                one, two = two, one  # whoever wrote a start finds it told there
-            free = f"`{two.name}`" if two.start_written > one.start_written else "one of them"
+            one, two, wanted = first.variable, other.variable, b if first.sign > 0 else table.neg(b)
+            if one.start_written and not two.start_written:  # who wrote a start finds it told there
+                one, two, wanted = two, one, a if other.sign > 0 else table.neg(a)
+            hint = "remove `fixed=true` from one of them"
+            if two.start_written > one.start_written:
+                part, _, name = one.name.rpartition(".")
+                hint = f"write `{part}({name}(start={text(wanted)}))`, or remove `fixed=true` from "
+                hint += f"`{two.name}`"
             sign = "-" if first.sign != other.sign else ""
             place = Related(f"`{one.name}` is held here", owner_span(dae, one.name))
             yield Diagnostic(
@@ -154,7 +158,7 @@ def _check_fixed(
                 f"`{one.name}` and `{two.name}` are held at starts that "
                 f"disagree: `{one.name} = {sign}{two.name}`, but {_held(one)} and {_held(two)}",
                 owner_span(dae, two.name),
-                hint=f"remove `fixed=true` from {free}",
+                hint=hint,
                 related=(place,),
             )
 
