@@ -189,6 +189,7 @@ class Assertion(Located):
     warning: bool = False
     component: str = ""
     span: Span = NOWHERE
+    given: Span = NOWHERE  # of the user's one value that it is about
 
 
 class Terminate(Located):

@@ -27,6 +27,7 @@ from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
+from planarc.lower.given import Given
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.starts import start_discretes
@@ -48,7 +49,8 @@ def lower(source: flat.FlatModel, blended: bool = False) -> dae.Dae:
 
 def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     source = release_parameters(source)
-    model = Model(Exprs(), {f.name: f for f in source.functions}, inline, blended=blended)
+    functions = {f.name: f for f in source.functions}
+    model = Model(Exprs(), functions, inline, Given(source), blended=blended)
     way = _way(model) if blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))

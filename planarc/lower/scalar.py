@@ -208,7 +208,7 @@ def assertion(scope: Scope, e: flat.Assert) -> dae.Assertion:
     condition = holds(scope, e.condition)
     text = message(scope.where(scope.table.not_(condition)), e.message)
     component = e.component or scope.model.component  # of a function: of who calls it
-    return dae.Assertion(condition, text, e.warning, component, e.span)
+    return dae.Assertion(condition, text, e.warning, component, e.span, scope.model.given(e))
 
 
 def holds(scope: Scope, e: flat.Expression) -> Expr:

@@ -11,7 +11,7 @@ from msgspec import Struct, field
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
-from planarc.core.source import Span
+from planarc.core.source import NOWHERE, Span
 from planarc.ir import dae, flat
 from planarc.ir.calculus import Differentiator, time_derivative
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
@@ -50,6 +50,8 @@ class Model(Struct, dict=True):
     #: `functions.inline`, which the pipeline hands in: expressions hold calls, and what a
     #: function does is told by expressions
     inline: Inline = _no_functions
+    #: the place of the user's value that an assertion is about
+    given: Callable[[flat.Assert], Span] = lambda _: NOWHERE
     values: dict[str, Value] = field(default_factory=dict)
     parameters: set[str] = field(default_factory=set)
     discretes: set[str] = field(default_factory=set)

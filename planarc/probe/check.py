@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from planarc import stages
 from planarc.core.clock import Clock
 from planarc.core.data import Data, without_collection
-from planarc.core.diagnostic import PlanarcError, Severity, in_one
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, in_one
 from planarc.core.options import Backend
 from planarc.core.prose import counted
 from planarc.ir.mechanism import Mobility
@@ -58,6 +58,7 @@ class Seen(Data):
     flat: FlatModel
     dae: Dae
     model: SortedDae
+    wrong: tuple[Diagnostic, ...] = ()  # values that end any run
 
 
 def look_at(target: Target, clock: Clock) -> Seen:
@@ -68,14 +69,19 @@ def look_at(target: Target, clock: Clock) -> Seen:
     sizes = model.equations_before, model.equations_after, model.state_count
     mechanism = stages.find_mechanism(dae)
     held = stages.find_held(model, mechanism)
-    warnings = (*dae.warnings, *find_doubts(dae), *stages.attachment_warnings(dae, mechanism, held))
-    warnings = in_one(warnings)
-    return Seen(Checked(flat.name, *sizes, warnings, mechanism), flat, dae, model)
+    doubts = tuple(find_doubts(flat, dae))
+    likely = (d for d in doubts if d.severity is Severity.WARNING)
+    warnings = (*dae.warnings, *likely, *stages.attachment_warnings(dae, mechanism, held))
+    checked = Checked(flat.name, *sizes, in_one(warnings), mechanism)
+    wrong = tuple(d for d in doubts if d.severity is Severity.ERROR)
+    return Seen(checked, flat, dae, model, wrong)
 
 
 def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
     """What `check_model` tells: also whether loops can be closed, and how they may move."""
     checked, mechanism = seen.checked, seen.checked.mechanism
+    if seen.wrong:
+        raise PlanarcError(seen.wrong).after(checked.warnings)
     if mechanism is None or not (start or mechanism.loops > 0):
         return checked
     found, warnings = None, checked.warnings

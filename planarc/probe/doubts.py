@@ -1,30 +1,38 @@
-"""Assertions of the level warning that parameters alone break, told without a run.
+"""Assertions that parameters alone break, told without a run.
 
-In:   Dae
-Out:  a warning (R430) for each, at the user's declaration
+In:   FlatModel, Dae
+Out:  a message (R430) for each, at the user's text; an error only where it is about a part of the
+      user's model
 
-Parameters have the values of their declarations here; those that follow from the start are left to
-the run.
+Parameters have the values of their declarations here; what follows from the start, or from a
+parameter without value, is left to the run.
 
-Example: `BodyBox lever(density=7.8, ...)` is of no solid, however it moves.
+Example: `BodyBox lever(density=7.8, ...)` is of no solid, however it moves; no contact works with
+the corner of a `Polygon` that is hollow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.source import NOWHERE, Span
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op
+from planarc.ir.flat import FlatModel
+from planarc.ir.places import own_part
 from planarc.runtime.texts import formatted
 from planarc.solve.messages.assertion import assertion_diagnostic
 
 
-def find_doubts(dae: Dae) -> Iterator[Diagnostic]:
-    """The warnings of a model's components about their parameters."""
-    values = _Parameters(dae)
-    for assertion in (a for a in dae.assertions if a.warning):
+def find_doubts(flat: FlatModel, dae: Dae) -> Iterator[Diagnostic]:
+    """What a model's components say of their parameters."""
+    open_ones = {v.name for v in flat.variables if v.binding is None}
+    values, told = _Parameters(dae, open_ones), set[Span]()
+    for assertion in dae.assertions:
+        if not assertion.warning and own_part(dae, assertion.component) is None:
+            continue  # a library's class by itself has not its values yet
         try:
             if values(assertion.condition):
                 continue
@@ -34,14 +42,16 @@ def find_doubts(dae: Dae) -> Iterator[Diagnostic]:
             ]
         except (KeyError, ArithmeticError, ValueError):
             continue
-        yield assertion_diagnostic(dae, None, assertion, "".join(texts))
+        if assertion.given is NOWHERE or assertion.given not in told:
+            told.add(assertion.given)
+            yield assertion_diagnostic(dae, None, assertion, "".join(texts))
 
 
 class _Parameters:
     """Values of expressions of parameters; KeyError where something else is asked for."""
 
-    def __init__(self, dae: Dae) -> None:
-        self._declared = {p.name: p.value for p in dae.parameters}
+    def __init__(self, dae: Dae, open_ones: Container[str]) -> None:
+        self._declared = {p.name: p.value for p in dae.parameters if p.name not in open_ones}
         self._known: dict[str, float] = {}
 
     def __call__(self, e: Expr) -> float:

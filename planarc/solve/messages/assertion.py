@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import math
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.core.source import NOWHERE
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, postorder
 from planarc.ir.kernel import Kernel
@@ -28,13 +29,15 @@ def assertion_diagnostic(
     """The message of an assertion at a time; None where no run is needed to see it."""
     when = "" if t is None else f" at t = {t:.6g} s"
     place = f" in `{assertion.component}`" if assertion.component else ""
+    is_given, here = assertion.given is not NOWHERE, "the assertion stands here"
     found = Diagnostic(
         "R430",
         f"assertion failed{when}{place}: {message}",
-        assertion.span,
+        assertion.given if is_given else assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
+        related=(Related(here, assertion.span),) if is_given else (),
     )
-    return point_home(model, found, assertion.component, "the assertion stands here")
+    return point_home(model, found, assertion.component, here)
 
 
 def broken_assertion(
