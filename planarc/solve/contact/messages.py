@@ -172,7 +172,7 @@ def _meant(touches: Touches, i: int, gaps: Vector) -> str:
                 f"; if they should meet from the other side, turn `{solid}` round: what lies to "
                 "the right of its `angle` is solid"
             )
-        if kind == "Circle":
+        if kind == "Circle" and classes.get(f"{contact}.contour{3 - n}") != "HalfPlane":
             return f"; if one should be inside of the other, set `{solid}(inside=true)`"
     return ""
 

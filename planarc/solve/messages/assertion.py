@@ -11,20 +11,21 @@ does not hold there, and says it in mechanical words.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.source import NOWHERE
-from planarc.ir.dae import Assertion
-from planarc.ir.expr import Expr, postorder
+from planarc.ir.dae import Assertion, Dae
+from planarc.ir.expr import Expr, postorder, symbols
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import Model, point_home
+from planarc.ir.places import own_part, owner, point_home
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
 from planarc.solve.messages.replay import Replay
 
 
 def assertion_diagnostic(
-    model: Model, t: float | None, assertion: Assertion, message: str
+    model: Dae | Program, t: float | None, assertion: Assertion, message: str
 ) -> Diagnostic:
     """The message of an assertion at a time; None where no run is needed to see it."""
     when = "" if t is None else f" at t = {t:.6g} s"
@@ -35,9 +36,23 @@ def assertion_diagnostic(
         f"assertion failed{when}{place}: {message}",
         assertion.given if is_given else assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
-        related=(Related(here, assertion.span),) if is_given else (),
+        related=(
+            *_asked(model, assertion),
+            *((Related(here, assertion.span),) if is_given else ()),
+        ),
     )
     return point_home(model, found, assertion.component, here)
+
+
+def _asked(model: Dae | Program, assertion: Assertion) -> Iterator[Related]:
+    """The other parts, as the world, whose parameters the assertion asks for."""
+    asked = {e.name for e in symbols(assertion.condition)}
+    slots = model.parameters if isinstance(model, Dae) else model.parameter_slots
+    found = dict.fromkeys(own_part(model, owner(p.name)) for p in slots if p.name in asked)
+    own = own_part(model, assertion.component)
+    for part in found:
+        if part is not None and part != own:
+            yield Related(f"`{part.name}` is declared here", part.span)
 
 
 def broken_assertion(
