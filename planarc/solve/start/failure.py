@@ -20,6 +20,7 @@ from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
+from planarc.solve.start.apart import squares_apart
 from planarc.solve.start.contradiction import (
     Contradiction,
     contradicting,
@@ -166,9 +167,10 @@ def _not_assembled(
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
     if over is not None:
-        return _at_home(system.program, over, worst)
+        return _at_home(system, root, over, worst)
     return _at_home(
-        system.program,
+        system,
+        root,
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot be assembled{turned}" if is_loop else what,
@@ -263,16 +265,26 @@ def _values(values: Sequence[float]) -> str:
 
 
 def _at_home(
-    program: Program, found: Diagnostic, worst: Sequence[tuple[float, EquationInfo]]
+    system: System,
+    root: newton.Root,
+    found: Diagnostic,
+    worst: Sequence[tuple[float, EquationInfo]],
 ) -> NotAssembled:
     """The message at the part whose equation is farthest from being met."""
+    program = system.program
     span = worst[0][1].span if worst and found.span is None else found.span
     related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
         closed = "cannot be assembled" in message
-        apart = _off(abs(worst[0][0]))
-        message += f": its ends stay {apart} apart" if closed else f": at best it is off by {apart}"
+        off = _off(abs(worst[0][0]))
+        if closed:
+            system(root.point)  # the workspace is there now
+            length = squares_apart(program, system.kernel, worst[0][1])
+            apart = off if length is None else f"{_off(length)} m"
+            message += f": its ends stay {apart} apart"
+        else:
+            message += f": at best it is off by {off}"
     told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
 
@@ -322,7 +334,8 @@ def _not_reachable(
         around = [owner(kept[0].display)]
         length += other_side(program, system.kernel, around, values[0], reached[0])
     return _at_home(
-        program,
+        system,
+        root,
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot {'move' if moving else 'be assembled'} with {given}"
