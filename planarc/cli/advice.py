@@ -175,6 +175,11 @@ def _told(error: Exception) -> Diagnostic:
         from planarc.core.nearest import synonyms
 
         near = list(synonyms(unknown[1], list(commands)))
+    if refused := re.search(r"'([^']*)' is not one of (.*)", message):
+        from planarc.core.nearest import did_you_mean
+
+        meant = did_you_mean(refused[1], re.findall(r"'([^']*)'", refused[2]), most=1)
+        near = list(meant.names) if meant else []
     message = re.sub(r"(^|: )([A-Z])", lambda m: m[0].lower(), message.rstrip("."))
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")

@@ -33,6 +33,8 @@ DECLARED = Path(__file__).parent / "substitutes" / "declared.pmo"
 MODELS = ("model", "block", "class")
 #: Models of packages that a message names.
 _MOST_NAMES = 6
+#: What is written behind a time, and read as a class where a space is between.
+_OF_TIME = ("s", "sec", "second", "seconds", "ms", "us", "min", "h")
 _DOTTED_NAME = r"\.?(?:\w+|'[^']*')(?:\.(?:\w+|'[^']*'))*"
 
 
@@ -229,6 +231,10 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     near = did_you_mean(wanted, known) or (Meant(wanted, alike) if alike else None)
     if re.fullmatch(r"[\d.]+\w*", wanted):
         hint = f"a number belongs to an option, such as `--stop {wanted}`"
+        return _usage("C103", f"there is no class `{wanted}`", hint)
+    if wanted in _OF_TIME:
+        hint = "times are in seconds without a unit, as in `--stop 10`; a unit stands in one word "
+        hint += "with its number, as in `--stop 10s`"
         return _usage("C103", f"there is no class `{wanted}`", hint)
     files = [f for ending in SUFFIXES if (f := Path(f"{wanted}{ending}")).is_file()]
     if files:
