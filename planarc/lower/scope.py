@@ -193,7 +193,9 @@ class Scope(Data):
         if name in self.model.values:
             return self.model.values[name]
         if self.locals is not None:
-            raise UnknownCourse(Diagnostic("L301", f"`{name}` is used before it has a value", span))
+            message = f"`{name}` is used before it has a value"
+            hint = "give it one above, or where it is declared"
+            raise UnknownCourse(Diagnostic("L301", message, span, hint=hint))
         raise AssertionError(f"the flat model does not declare `{name}`")
 
 

@@ -60,11 +60,13 @@ class Checker(Struct):
     def report(
         self, what: str, a: Dimension, b: Dimension, span: Span, sides: Sides = (None, None)
     ) -> None:
-        hint = None
+        hint, first, second = None, self.text(a, sides[0]), self.text(b, sides[1])
         if a[:-1] == b[:-1]:
-            factor = 10 ** abs(_scale(a) - _scale(b))
-            hint = f"convert one to the other by the factor {factor:.6g}"
-        first, second = self.text(a, sides[0]), self.text(b, sides[1])
+            # What is in another unit than those of the SI is to be converted.
+            power, given = _scale(b) - _scale(a), second
+            if abs(_scale(b)) < _SAME_SCALE:
+                power, given = -power, first
+            hint = f"nothing converts units: multiply what is in `{given}` by {10**power:.6g}"
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
@@ -191,20 +193,21 @@ class Checker(Struct):
         if name == "homotopy":
             return self.together("the arguments of `homotopy`", values, e.span)
         row = elementary.TABLE.get(name)
-        return None if row is None else self.elementary(row, values, e.span)
+        return None if row is None else self.elementary(row, values, e)
 
-    def elementary(self, row: Elementary, values: list[Known], span: Span) -> Known:
+    def elementary(self, row: Elementary, values: list[Known], e: flat.Builtin) -> Known:
         match row.units:
             case Units.KEPT:
                 return values[0]
             case Units.ROOT:
                 return None if values[0] is None else unit.power(values[0], Fraction(1, 2))
             case Units.SAME | Units.RATIO:
-                shared = self.together(f"the arguments of `{row.name}`", values, span)
+                shared = self.together(f"the arguments of `{row.name}`", values, e.span)
                 return shared if row.units is Units.SAME else _PLAIN
             case Units.NUMBER:
-                for value in values:
-                    self.agree(f"`{row.name}` takes a number: these", value, _PLAIN, span)
+                what = f"`{row.name}` takes a number: these"
+                for value, argument in zip(values, e.arguments, strict=True):
+                    self.agree(what, value, _PLAIN, e.span, (argument, None))
                 return _PLAIN
         return None
 
@@ -282,8 +285,8 @@ class Checker(Struct):
         ):
             if value is not None:
                 names = f"`{variable.name}` and its {what}"
-                self.agree(names, own, self.of(value), value.span)
                 itself = flat.Reference(variable.type, variable.span, variable.name)
+                self.agree(names, own, self.of(value), value.span, (itself, value))
                 if self.zeros(itself, value):
                     self.report_zeros(names, value.span)
                 self.text_behind(variable, what, value)

@@ -171,8 +171,21 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
         kind = f"{what} {trouble.opened_index}"  # who writes one so writes all of a section so
         hint, mend, message = f"write `{meant}`", Write(meant), f"{what} {message}"
+        if (name := _counted(trouble)) is not None:
+            kind = "count"
+            hint = f"write `{name} = ...` in a `when`, with `pre({name})` for the value before"
+            return Once("P111", message, trouble.token.span, hint=hint, kind=kind)
         return Once("P111", message, trouble.token.span, hint=hint, mend=mend, kind=kind)
     return instead(message, trouble.token.span, meant, "P111")
+
+
+def _counted(trouble: Trouble) -> str | None:
+    """The variable that counts on from its own value, as `n` of `n := n + 1`."""
+    name, behind = trouble.previous, trouble.tokens[trouble.at + 1 : trouble.at + 3]
+    if name is None or name.type != "IDENT" or trouble.at - trouble.begin != 1:
+        return None
+    counts = [t.type for t in behind] == ["IDENT", "PLUS"] and behind[0].text == name.text
+    return name.text if counts else None
 
 
 #: One sign for another: the one written and the one meant.
