@@ -153,15 +153,18 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
 
 
 def in_one(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Warnings; that a world is missing and that nothing stands on it is one of them."""
-    found = list(warnings)
+    """Warnings; that a world is missing and that nothing stands on it is one of them, and one that
+    stands as a note at another one is not told by itself."""
+    every = tuple(warnings)
+    notes = {(r.message, r.span) for w in every for r in w.related}
+    found = [w for w in every if (w.message, w.span) not in notes]
     declared = (k for k, w in enumerate(found) if isinstance(w.mend, Declare))
     world, loose = next(declared, None), [w for w in found if isinstance(w, Loose)]
     if world is None or not loose:
         return tuple(found)
-    notes = tuple(Related(w.message, w.span) for w in loose)
+    alone = tuple(Related(w.message, w.span) for w in loose)
     hint = f"{found[world].hint}, and {loose[0].hint}"
-    found[world] = replace(found[world], related=(*found[world].related, *notes), hint=hint)
+    found[world] = replace(found[world], related=(*found[world].related, *alone), hint=hint)
     return tuple(w for w in found if w not in loose)
 
 

@@ -19,14 +19,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
 from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
 from planarc.insight.sensors import find_ends, find_sensors, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.flat import Misplaced, Part, StateSelect
+from planarc.ir.flat import Misplaced, Part, StateSelect, Unconnected
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_part
 
@@ -51,6 +53,7 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
     ends = grouped(positions, owner)
     every = frozenset(find_elements(dae))
     told = {w.component for w in dae.warnings if isinstance(w, Misplaced)}
+    unconnected = [w for w in dae.warnings if isinstance(w, Unconnected)]
     elements = [c for c in ends if c in every and len(ends[c]) <= 2 and c not in told]
     rigid = _tied(dae, every) if elements else DisjointSets[str]()
     for component in elements:
@@ -59,7 +62,9 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
             (end,) = ends[component]
             if part is not None and _are_tied(rigid, positions[end], ""):
                 what = f"`{component}` does nothing: what `{end}` is connected to stands still"
-                yield _idle(what, part, "connect it to what it is to move")
+                idle = _idle(what, part, "connect it to what it is to move")
+                free = [w for w in unconnected if connectors.get(w.connector) == connectors[end]]
+                yield _meant(idle, end, free[0]) if len(free) == 1 else idle
             continue
         first, second = ends[component]
         if part is not None and _are_tied(rigid, positions[first], positions[second]):
@@ -68,6 +73,12 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
                 "parts",
                 part,
             )
+
+
+def _meant(idle: Diagnostic, end: str, free: Unconnected) -> Diagnostic:
+    """The warning with the only end that is open, and of its kind."""
+    hint = f"write `connect({end}, {free.connector});`"
+    return replace(idle, hint=hint, related=(Related(free.message, free.span),))
 
 
 def _inside_links(

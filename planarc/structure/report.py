@@ -7,6 +7,8 @@ Out:  diagnostics S301 (an equation without unknowns), S302 (too many equations 
 Example: a frame's angle that nothing determines
 
     error S303: nothing determines `mass.frame_a.phi`: 1 unknown too many in this part
+
+The file is long because equations fail to fit in many ways, and each has words of its own.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from planarc.core.prose import both, counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import Op, postorder, text
-from planarc.ir.flat import Part
+from planarc.ir.flat import Part, Unconnected
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
 from planarc.structure.blame import explain_misfit
@@ -194,11 +196,14 @@ def _held_already(dae: Dae, held: Mapping[str, tuple[Part, Related]]) -> Iterato
                 told = (found.code, found.message, found.span)
                 yield Held(*told, hint=found.hint, related=found.related)
             continue
+        hint = f"remove {'one of them' if several else shown}, or put a joint between {between}"
+        if not several and (meant := _open_elsewhere(dae, parts[0])) is not None:
+            hint = f"connect `{meant[0]}` to `{meant[1]}`, to which nothing is connected"
         yield Held(
             "S301",
             f"what {shown} {'hold' if several else 'holds'} is held already",
             parts[-1].span,
-            hint=f"remove {'one of them' if several else shown}, or put a joint between {between}",
+            hint=hint,
             related=tuple(held[name][1] for name in names),
         )
 
@@ -218,6 +223,18 @@ def _open_beside(dae: Dae, part: Part) -> tuple[str, str, str] | None:
                 if free:
                     return end, other, free[0]
     return None
+
+
+def _open_elsewhere(dae: Dae, part: Part) -> tuple[str, str] | None:
+    """The one flange of a part, and the only one in the model that asks for a connection and has
+    none, where they are of one kind."""
+    own = _ends(dae, part.name)
+    free = [w.connector for w in dae.warnings if isinstance(w, Unconnected)]
+    if len(own) != 1 or len(free) != 1 or free[0] not in _ends(dae, owner(free[0])):
+        return None
+    names = {v.name for v in dae.variables}
+    alike = all((f"{own[0]}.{n}" in names) == (f"{free[0]}.{n}" in names) for n in ("tau", "f"))
+    return (own[0], free[0]) if alike else None
 
 
 def _ends(dae: Dae, component: str) -> list[str]:

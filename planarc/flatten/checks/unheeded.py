@@ -85,10 +85,14 @@ def _check_unconnected(
     for connector, owner, why in found:
         message = f"nothing is connected to `{connector.name}`"
         if (beside := _connected_beside(connector, owner, connected)) is None:
-            wanted = _condition(connector) or ""
+            told, wanted = f"{message}{why}", _condition(connector) or ""
             asks = wanted.isidentifier() and wanted not in why
             mend = f"connect it, or leave out `{wanted}=true`" if asks else None
-            session.warn("F319", f"{message}{why}", owner.span, mend)
+            session.warnings.append(
+                flat.Unconnected(
+                    "F319", told, owner.span, Severity.WARNING, mend, connector=connector.name
+                )
+            )
             continue
         connection, end, other = beside
         message += f", but `{end.name}` to `{other.name}`"

@@ -11,6 +11,7 @@ does not hold there, and says it in mechanical words.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
@@ -37,20 +38,20 @@ def assertion_diagnostic(
         assertion.given if is_given else assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
         related=(
-            *_asked(model, assertion),
+            *_asked(model, assertion, message),
             *((Related(here, assertion.span),) if is_given else ()),
         ),
     )
     return point_home(model, found, assertion.component, here)
 
 
-def _asked(model: Dae | Program, assertion: Assertion) -> Iterator[Related]:
-    """The other parts, as the world, whose parameters the assertion asks for."""
-    asked = {e.name for e in symbols(assertion.condition)}
+def _asked(model: Dae | Program, assertion: Assertion, message: str) -> Iterator[Related]:
+    """The other parts, as the world, whose parameters the assertion asks for and tells of."""
+    asked, told = {e.name for e in symbols(assertion.condition)}, re.findall(r"\w+", message)
     slots = model.parameters if isinstance(model, Dae) else model.parameter_slots
-    found = dict.fromkeys(own_part(model, owner(p.name)) for p in slots if p.name in asked)
+    names = (p.name for p in slots if p.name in asked and p.name.rpartition(".")[2] in told)
     own = own_part(model, assertion.component)
-    for part in found:
+    for part in dict.fromkeys(own_part(model, owner(name)) for name in names):
         if part is not None and part != own:
             yield Related(f"`{part.name}` is declared here", part.span)
 
