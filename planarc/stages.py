@@ -214,6 +214,7 @@ def _held_too_often(
     where it is those of one loop, this alone is said."""
     if mechanism is None:
         return tuple(found)
+    from planarc.insight.askew import find_askew
     from planarc.insight.misfit import held_twice, overdriven, overheld, rigid_ring
     from planarc.structure.report import Held, Overdone, Repeated
 
@@ -221,6 +222,9 @@ def _held_too_often(
     ring = rigid_ring(dae, mechanism) if isinstance(first, Overdone | Held) else None
     if ring is not None:
         return (Diagnostic(first.code, *ring[:2], hint=ring[2]),)
+    skew = find_askew(dae, mechanism) if isinstance(first, Overdone | Held | Repeated) else None
+    if skew is not None:
+        return (Diagnostic(first.code, *skew[:2], hint=skew[2]),)
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
     if twice is not None:
         found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])

@@ -13,13 +13,12 @@ the corner of a `Polygon` that is hollow.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
-from planarc.evaluate.value import evaluate
+from planarc.evaluate.declared import DeclaredValues
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Op
 from planarc.ir.flat import FlatModel
 from planarc.ir.places import own_part
 from planarc.runtime.texts import formatted
@@ -29,7 +28,7 @@ from planarc.solve.messages.assertion import assertion_diagnostic
 def find_doubts(flat: FlatModel, dae: Dae) -> Iterator[Diagnostic]:
     """What a model's components say of their parameters."""
     open_ones = {v.name for v in flat.variables if v.binding is None}
-    values, told = _Parameters(dae, open_ones), set[Span]()
+    values, told = DeclaredValues(dae, open_ones), set[Span]()
     for assertion in dae.assertions:
         if not assertion.warning and own_part(dae, assertion.component) is None:
             continue  # a library's class by itself has not its values yet
@@ -45,22 +44,3 @@ def find_doubts(flat: FlatModel, dae: Dae) -> Iterator[Diagnostic]:
         if assertion.given is NOWHERE or assertion.given not in told:
             told.add(assertion.given)
             yield assertion_diagnostic(dae, None, assertion, "".join(texts))
-
-
-class _Parameters:
-    """Values of expressions of parameters; KeyError where something else is asked for."""
-
-    def __init__(self, dae: Dae, open_ones: Container[str]) -> None:
-        self._declared = {p.name: p.value for p in dae.parameters if p.name not in open_ones}
-        self._known: dict[str, float] = {}
-
-    def __call__(self, e: Expr) -> float:
-        value: float = evaluate(e, self._leaf)
-        return value
-
-    def _leaf(self, e: Expr) -> float:
-        if e.op is not Op.SYMBOL:
-            raise KeyError(e)
-        if e.name not in self._known:
-            self._known[e.name] = self(self._declared[e.name])
-        return self._known[e.name]

@@ -20,7 +20,7 @@ Example: of a parallelogram with a third bar one condition of four is left out; 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -31,11 +31,13 @@ from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.source import NOWHERE
+from planarc.insight.askew import find_askew
 from planarc.insight.connectors import find_frames
 from planarc.ir.dae import MISFIT, Dae, Equation, Variable
+from planarc.ir.expr import Op, postorder
 from planarc.ir.flat import StateSelect
 from planarc.ir.mechanism import Mechanism
-from planarc.ir.places import point_home
+from planarc.ir.places import own_part, point_home
 from planarc.ir.program import Condition, EquationInfo, Program, Sharing
 from planarc.ir.sorted import Fixed, SortedDae
 from planarc.probe.open import Opened, open_program
@@ -66,8 +68,26 @@ def accept_redundancy(
     with clock.phase("redundancy"):
         made = _find(dae, mechanism, clock)
     if made.program.sharing is not None:
-        return made.program, ()
+        return made.program, tuple(_still(dae, mechanism, made))
     return made.program, (_nothing(made),)
+
+
+def _still(dae: Dae, mechanism: Mechanism, made: _Made) -> Iterator[Diagnostic]:
+    """The warning that no motion is left, and nothing in the model changes with time."""
+    sharing, sides = made.program.sharing, (s for e in dae.equations for s in (e.left, e.right))
+    if made.program.state_count or dae.inputs or any(e.op in _CHANGING for e in postorder(sides)):
+        return
+    message, hint = "no motion is left with the joints that are accepted", _MEANT
+    held = [c.info.component for c in sharing.conditions] if sharing else []
+    last = own_part(dae, [*held, *(j.name for j in mechanism.joints), ""][0])
+    span = dae.span if last is None else last.span
+    message, span, hint = find_askew(dae, mechanism) or (message, span, hint)
+    yield Diagnostic("S322", f"nothing moves: {message}", span, Severity.WARNING, hint=hint)
+
+
+_MEANT = "a structure is meant, or a joint is missing"
+#: What lets an equation change while nothing moves freely.
+_CHANGING = (Op.TIME, Op.PRE, Op.EVENT, Op.PAST)
 
 
 class _Made(Data):
