@@ -14,6 +14,7 @@ from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
 from planarc.solve.start import sharing
 from planarc.solve.start.longest import judge_longest
+from planarc.solve.start.moved import judge_moved
 from planarc.solve.start.sizes import judge_sizes
 from planarc.solve.start.solve import solve_start
 
@@ -65,6 +66,8 @@ class Begun(Bench):
         self.warnings += judge_sizes(self.program, self.kernel)
         if (longest := judge_longest(self.program, self.kernel)) is not None:
             self.warnings.append(longest)
+        if (moved := judge_moved(self.program, self.kernel, self.held)) is not None:
+            self.warnings.append(moved)
         self.delays.kink(t)
         self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:

@@ -30,14 +30,10 @@ _Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
 
 def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The warning about a part that is far longer than all others."""
-    parts, take = _parts(program)
+    _, take = _parts(program)
     if all(abs(value) < _PLAUSIBLE / 3 for value in take(kernel.w)):
         return None
-    w, lengths = kernel.w, dict[str, float]()
-    for part, places in parts:
-        at = [[sign * w[slot] for slot, sign in place] for place in places]
-        length = math.hypot(*(max(along) - min(along) for along in zip(*at, strict=True)))
-        lengths[part] = max(length, lengths.get(part, 0.0))
+    lengths = lengths_of_parts(program, kernel)
     if len(lengths) < 2 or not any(length > _PLAUSIBLE for length in lengths.values()):
         return None
     (part, longest), (_, next_one) = sorted(lengths.items(), key=lambda item: -item[1])[:2]
@@ -52,6 +48,16 @@ def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
         Severity.WARNING,
         hint="lengths are in m: 1 mm is 1e-3 m",
     )
+
+
+def lengths_of_parts(program: Program, kernel: Kernel) -> dict[str, float]:
+    """How long the parts are, in m, by the places of their frames; "" is the ground."""
+    w, lengths = kernel.w, dict[str, float]()
+    for part, places in _parts(program)[0]:
+        at = [[sign * w[slot] for slot, sign in place] for place in places]
+        length = math.hypot(*(max(along) - min(along) for along in zip(*at, strict=True)))
+        lengths[part] = max(length, lengths.get(part, 0.0))
+    return lengths
 
 
 @once

@@ -1,0 +1,66 @@
+"""A guess that the start moved absurdly far: what was found is hardly what was meant.
+
+In:   Program, a kernel that holds the start, the uses of the start values
+Out:  a warning (R442) about the one that moved farthest, or None
+
+Only coordinates of joints count: shafts behind gears may well be many turns away. An angle counts
+where its start is written, since only then its turns were meant; a way is compared with the parts.
+
+Example: `slide(s(start=-3000))`, in mm, of a crank of 0.1 m begins 3 km away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import pi
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.unit import turns
+from planarc.ir.kernel import Kernel
+from planarc.ir.places import declaration, owner
+from planarc.ir.program import CandidateSlot, Program
+from planarc.ir.result import Held
+from planarc.solve.start.longest import lengths_of_parts
+
+#: Turns that a guess hardly moves by.
+_TURNS = 10
+#: Multiple of the longest part that a guess hardly moves by.
+_FAR = 1000.0
+
+
+def judge_moved(program: Program, kernel: Kernel, held: Sequence[Held]) -> Diagnostic | None:
+    """The warning about the guess that moved farthest, where that is absurd."""
+    found = max(_absurd(program, kernel, held), key=lambda f: f[0], default=None)
+    if found is None:
+        return None
+    _, guess, candidate, by = found
+    return Diagnostic(
+        "R442",
+        f"the start moved `{guess.name}` from {guess.start:.6g} to {guess.value:.6g}, by {by}",
+        declaration(program, candidate.start_name, candidate.span),
+        Severity.WARNING,
+        hint=f"give `{guess.name}` a start value near to where the mechanism is to begin, or check "
+        "lengths and units",
+    )
+
+
+def _absurd(
+    program: Program, kernel: Kernel, held: Sequence[Held]
+) -> Iterator[tuple[float, Held, CandidateSlot, str]]:
+    """Guesses that moved absurdly far: by how many times what is plausible, and that in words."""
+    if program.mechanism is None:
+        return
+    joints = {joint.name for joint in program.mechanism.joints}
+    units = {c.name: c.unit for c in program.columns}
+    candidates = {c.display: c for c in program.candidates}
+    longest = max(lengths_of_parts(program, kernel).values(), default=0.0)
+    for guess in held:
+        candidate, way = candidates.get(guess.name), abs(guess.value - guess.start)
+        if guess.held or candidate is None or owner(guess.name) not in joints:
+            continue
+        unit = units.get(guess.name)
+        if unit == "rad" and candidate.start_written and way > 2 * pi * _TURNS:
+            yield way / (2 * pi * _TURNS), guess, candidate, turns(way)
+        elif unit == "m" and way > _FAR * longest > 0:
+            by = f"{way:.4g} m, and its parts are {longest:.3g} m long"
+            yield way / (_FAR * longest), guess, candidate, by
