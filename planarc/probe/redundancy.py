@@ -77,12 +77,16 @@ def _still(dae: Dae, mechanism: Mechanism, made: _Made) -> Iterator[Diagnostic]:
     sharing, sides = made.program.sharing, (s for e in dae.equations for s in (e.left, e.right))
     if made.program.state_count or dae.inputs or any(e.op in _CHANGING for e in postorder(sides)):
         return
-    message, hint = "no motion is left with the joints that are accepted", _MEANT
     held = [c.info.component for c in sharing.conditions] if sharing else []
     last = own_part(dae, [*held, *(j.name for j in mechanism.joints), ""][0])
     span = dae.span if last is None else last.span
-    message, span, hint = find_askew(dae, mechanism) or (message, span, hint)
-    yield Diagnostic("S322", f"nothing moves: {message}", span, Severity.WARNING, hint=hint)
+    told = find_askew(dae, mechanism)
+    message, where, hint = told or (
+        "no motion is left with the joints that are accepted",
+        span,
+        _MEANT,
+    )
+    yield Diagnostic("S322", f"nothing moves: {message}", where, Severity.WARNING, hint=hint)
 
 
 _MEANT = "a structure is meant, or a joint is missing"
