@@ -171,7 +171,7 @@ class AssertWatch:
             for part in assertion.message.parts
         ]
         return assertion_diagnostic(
-            self._program, float(columns.time[row]), assertion, "".join(parts)
+            self._program, float(columns.time[row]), assertion, "".join(parts), self._kernel
         )
 
 
@@ -236,7 +236,7 @@ def impossible_parameters(
                 part if isinstance(part, str) else formatted(float(read(part[0])), part[1])
                 for part in assertion.message.parts
             )
-            return assertion_diagnostic(program, t, assertion, "".join(parts))
+            return assertion_diagnostic(program, t, assertion, "".join(parts), kernel)
     return None
 
 

@@ -26,12 +26,19 @@ from planarc.solve.messages.replay import Replay
 
 
 def assertion_diagnostic(
-    model: Dae | Program, t: float | None, assertion: Assertion, message: str
+    model: Dae | Program,
+    t: float | None,
+    assertion: Assertion,
+    message: str,
+    kernel: Kernel | None = None,
 ) -> Diagnostic:
-    """The message of an assertion at a time; None where no run is needed to see it."""
+    """The message of an assertion at a time; None where no run is needed to see it. Where the
+    `kernel` has other values than the text, the place is that of the part."""
     when = "" if t is None else f" at t = {t:.6g} s"
     place = f" in `{assertion.component}`" if assertion.component else ""
-    is_given, here = assertion.given is not NOWHERE, "the assertion stands here"
+    here, is_given = "the assertion stands here", assertion.given is not NOWHERE
+    if is_given and isinstance(model, Program) and kernel is not None:
+        is_given = not any(_changes(model, kernel, assertion))
     found = Diagnostic(
         "R430",
         f"assertion failed{when}{place}: {message}",
@@ -43,6 +50,16 @@ def assertion_diagnostic(
         ),
     )
     return point_home(model, found, assertion.component, here)
+
+
+def _changes(program: Program, kernel: Kernel, assertion: Assertion) -> Iterator[str]:
+    """Parameters around an assertion that the run was given other values for than the text has."""
+    around = assertion.component.split(".")
+    for p in program.parameter_slots:
+        if p.default is not None and kernel.w[p.slot] != p.default:
+            part = owner(p.name).split(".") if owner(p.name) else []
+            if all(a == b for a, b in zip(part, around, strict=False)):
+                yield p.name
 
 
 def _asked(model: Dae | Program, assertion: Assertion, message: str) -> Iterator[Related]:
@@ -78,4 +95,4 @@ def broken_assertion(
         part if isinstance(part, str) else formatted(replay.values([part[0]])[0], part[1])
         for part in assertion.message.parts
     ]
-    return assertion_diagnostic(program, t, assertion, "".join(texts))
+    return assertion_diagnostic(program, t, assertion, "".join(texts), kernel)
