@@ -62,7 +62,7 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
 def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     """The user's own equations and unknowns that are too many or missing, where there are any."""
     from planarc.structure.blame import explain_discretes, explain_misfit
-    from planarc.structure.unmatched import find_misfit
+    from planarc.structure.unmatched import find_misfit, without_written
 
     if problem.reasons:
         return problem
@@ -75,6 +75,7 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     lack = problem.imbalance.lack
     told = _lacking(dae, lack) if lack is not None and lack.component else ()
     if not told:
+        inputs = without_written(dae, inputs)
         misfit = find_misfit(dae, inputs, problem.imbalance.suspect)
         over, under = explain_misfit(dae, misfit, inputs)
         told = (*over, *under) or explain_discretes(dae) or _lacking(dae, lack)

@@ -125,7 +125,8 @@ def sweep(
             refused += problem.diagnostics
     if as_json:
         failures = [{"point": dict(f.point), "reason": f.reason} for f in study.failures]
-        said = {} if not refused else {"diagnostics": [to_json(d) for d in refused]}
+        told = [*study.warnings, *refused]
+        said = {"diagnostics": [to_json(d) for d in told]} if told else {}
         written = None if output is None or refused else str(output)
         say_json(
             {"ok": not study.failures and not refused, "model": model.name,
@@ -152,6 +153,7 @@ def _tell(study: Study, output: Path | None, refused: Sequence[Diagnostic]) -> N
         console.say(f"... {len(study)} points in all{more}")
     if output is not None and not refused:
         console.say(f"{output} ({counted(len(study), 'row')})")
+    console.complain(study.warnings)
     failures = study.failures
     console.complain(
         Diagnostic("C254", f"point {f.index + 1} ({_named(f.point)}) failed: {f.reason}")

@@ -45,8 +45,8 @@ def explain_misfit(
     if open_inputs:
         named = dict.fromkeys(_whole_or_entry(n, open_inputs, inputs) for n in open_inputs)
         under = tuple(_not_connected(dae, name) for name in [*named][:_SHOWN])
-    elif own:
-        under = (_undecided(own, known[own[0]], misfit.naming),)
+    if others := [n for n in own if n not in inputs]:
+        under += (_undecided(others, known[others[0]], misfit.naming),)
     return over, under
 
 

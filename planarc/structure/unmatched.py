@@ -63,6 +63,14 @@ def find_misfit(dae: Dae, inputs: Collection[str] = (), suspect: str | None = No
     )
 
 
+def without_written(dae: Dae, inputs: Mapping[str, str]) -> dict[str, str]:
+    """Inputs that are connected to nothing, but for those that the user says by an equation."""
+    own = (e for e in dae.equations if is_own(dae, e))
+    sides = (e for equation in own for e in (equation.left, equation.right))
+    written = {e.name for e in sides if e.is_symbol and not e.order}
+    return {name: array for name, array in inputs.items() if name not in written}
+
+
 def _suspects(dae: Dae, component: str) -> frozenset[Equation]:
     """The user's equations of a component, but for those that it shares with other classes, if it
     has others."""

@@ -22,10 +22,10 @@ from msgspec.structs import replace
 from planarc.api.model import Model
 from planarc.api.values import Value, finite, parameter_values, plain_value, start_values
 from planarc.core import progress as drawn
-from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName, telling_keywords
-from planarc.solve.settings import resolve
+from planarc.solve.settings import doubts, resolve
 from planarc.study.bundle import Outcome, Payload, Task
 from planarc.study.identity import identity
 from planarc.study.journal import Journal
@@ -93,6 +93,7 @@ def sweep(
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
+    warnings = _doubts(model, tasks, options)
     book = _journal(journal, payload, table)
     done = {i: o for i, o in book.done.items() if 0 <= i < len(tasks)} if book else {}
     try:
@@ -103,11 +104,11 @@ def sweep(
                     book.add(o for o in outcomes if not o.lost)
                 watch(len(done), len(tasks), sum(o.values is None for o in done.values()))
     except KeyboardInterrupt:
-        raise StudyInterrupted(_study(table, done, payload)) from None
+        raise StudyInterrupted(_study(table, done, payload, warnings)) from None
     finally:
         if book:
             book.close()
-    return _study(table, done, payload)
+    return _study(table, done, payload, warnings)
 
 
 def _asked(model: Model, client: Any, limit: Any) -> float:
@@ -187,8 +188,32 @@ def _tasks(model: Model, table: Sequence[Mapping[str, Any]], options: RunOptions
     return tasks
 
 
+def _doubts(model: Model, tasks: Sequence[Task], options: RunOptions) -> tuple[Diagnostic, ...]:
+    """Warnings of the lowest and the highest value of each name, where it was hardly meant."""
+    found: dict[str, Diagnostic] = {}
+    for outer in (min, max):
+        values = {**options.values, **_outermost(outer, (t.values for t in tasks))}
+        starts = {**options.starts, **_outermost(outer, (t.starts for t in tasks))}
+        asked = replace(options, values=values, starts=starts)
+        found |= {d.message: d for d in doubts(model.program, asked)}
+    return tuple(found.values())
+
+
+def _outermost(
+    outer: Callable[[float, float], float], points: Iterable[Mapping[str, float]]
+) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for point in points:
+        for name, value in point.items():
+            found[name] = outer(value, found.get(name, value))
+    return found
+
+
 def _study(
-    table: Sequence[Mapping[str, Any]], done: Mapping[int, Outcome], payload: Payload
+    table: Sequence[Mapping[str, Any]],
+    done: Mapping[int, Outcome],
+    payload: Payload,
+    warnings: tuple[Diagnostic, ...],
 ) -> Study:
     names: dict[str, None] = dict.fromkeys(n for p in table for n in p)
     metrics: dict[str, None] = {}
@@ -212,6 +237,7 @@ def _study(
         tuple(rows),
         tuple(failures),
         _units(payload, names, metrics),
+        warnings,
     )
 
 

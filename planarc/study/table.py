@@ -11,6 +11,7 @@ import numpy as np
 from planarc.api.htmltable import html_table
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic
 from planarc.core.extras import need
 from planarc.core.prose import counted
 from planarc.core.unknown import refuse_unknown, telling_keywords
@@ -42,6 +43,7 @@ class Study(Data):
     rows: tuple[tuple[Mapping[str, Any], Mapping[str, float] | None], ...]
     failures: tuple[Failure, ...] = ()
     units: Mapping[str, str] = {}
+    warnings: tuple[Diagnostic, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -32,6 +32,18 @@ def test_a_grid_gives_a_row_for_each_combination(decay: Model, workers: int) -> 
     assert study.failures == ()
 
 
+def test_values_beyond_their_bounds_are_told_once(tmp_path: Path) -> None:
+    file = tmp_path / "m.mo"
+    file.write_text("model M parameter Real d(min=0, max=2) = 1; Real x = d*time; end M;")
+    model = planarc.load(file)
+    told = planarc.sweep(model, {"d": [1.0, -0.5, -3.0, -1.0, 5.0]}, "x", workers=1).warnings
+    assert [(d.code, d.message) for d in told] == [
+        ("R409", "`d` = -3 lies below its minimum 0"),
+        ("R409", "`d` = 5 lies above its maximum 2"),
+    ]
+    assert not planarc.sweep(model, {"d": [0.0, 2.0]}, "x", workers=1).warnings
+
+
 def test_metrics_are_texts_functions_and_mappings(decay: Model) -> None:
     def both(result: Result) -> dict[str, float]:
         return {"first": result["x"][0], "last": result["x"][-1]}

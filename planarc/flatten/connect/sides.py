@@ -145,7 +145,7 @@ def _is_absent(view: View) -> bool:
 
 def _is_outside(ref: syntax.Ref, env: Env) -> bool:
     """Outside: the first identifier is a connector of this class itself (9.1.2)."""
-    found = find(env.scope, ref.parts[0].name)
+    found = find(env.scope, ref.parts[0].name, ref.span)
     if found is None or found[0].is_class:
         return False
     if found[0].definition.prefixes.outer:

@@ -44,7 +44,7 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
         return connections.type_operator(node, env)
     if builtins.is_name(names[-1]) and is_builtin(node.function, env):
         return _builtin(node, env)
-    cls = function_class(node.function, env)
+    cls = function_class(node.function, env, node)
     if cls.definition.name in ("Integer", "String") and cls.name == cls.definition.name:
         return _builtin(node, env)
     layout = layout_of(cls)
@@ -63,13 +63,13 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
 
 
 def _is_predefined(name: syntax.Ref, env: Env) -> bool:
-    return name.absolute or lookup.find(env.scope, name.parts[0].name) is None
+    return name.absolute or lookup.find(env.scope, name.parts[0].name, name.span) is None
 
 
 def is_builtin(function: syntax.Ref, env: Env) -> bool:
     if len(function.names) > 1:
         return False
-    return function.absolute or lookup.find(env.scope, function.names[0]) is None
+    return function.absolute or lookup.find(env.scope, function.names[0], function.span) is None
 
 
 # Built-ins -----------------------------------------------------------------------------------

@@ -20,13 +20,8 @@ from planarc.ir import flat, syntax
 
 def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
     """`R(1, y=2)`: fields in order or by name, defaults for the rest."""
-    instance = static_instance(cls)
     values: flat.Named = {}
-    names = [
-        n
-        for n, (_, d) in instance.layout.members.items()
-        if isinstance(d, syntax.Component) and not _fixed(d)
-    ]
+    names = inputs_of(cls)
     if len(node.arguments) > len(names):
         message = f"`{cls.name}` has {counted(len(names), 'field')}, not {len(node.arguments)}"
         told = f"its fields are {ticked(names)}" if names else None
@@ -52,6 +47,12 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
         items.append(values[name])
     whole = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
     return flat.Record(whole, node.span, tuple(items))
+
+
+def inputs_of(cls: Class) -> list[str]:
+    """The fields that the constructor of a record takes, in their order."""
+    members = static_instance(cls).layout.members
+    return [n for n, (_, d) in members.items() if isinstance(d, syntax.Component) and not _fixed(d)]
 
 
 def _fixed(definition: syntax.Component) -> bool:

@@ -15,6 +15,7 @@ from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
 from planarc.core.source import Span
+from planarc.flatten.functions import constructors
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
@@ -38,9 +39,9 @@ _OTHERWISE = {
 }
 
 
-def function_class(ref: syntax.Ref, env: Env) -> Class:
-    """The class that the name of a called function means."""
-    if lookup.find(env.scope, ref.parts[0].name) is None and not ref.absolute:
+def function_class(ref: syntax.Ref, env: Env, call: syntax.Call | None = None) -> Class:
+    """The class that the name of a called function means; `call` is the call, if it is one."""
+    if lookup.find(env.scope, ref.parts[0].name, ref.span) is None and not ref.absolute:
         if len(ref.parts) == 1:
             names = [*builtins.names(), *naming.names_in_sight(env.scope), "annotation"]
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
@@ -57,10 +58,35 @@ def function_class(ref: syntax.Ref, env: Env) -> Class:
     if isinstance(view, Class):
         return view
     if isinstance(view, Leaf | Instance | Family):
-        hint = f"for a start value write `{ref}(start=...)` where it is declared, "
-        hint += f"for an entry `{ref}[...]`, for a product `{ref}*(...)`"
+        hint = _meant_by_a_call(ref, view, call)
         raise error("F292", f"`{ref}` is a component, not a function", ref.span, hint=hint)
     raise error("F292", f"`{ref}` is not a function", ref.span)
+
+
+def _meant_by_a_call(
+    ref: syntax.Ref, view: Leaf | Instance | Family, call: syntax.Call | None
+) -> str:
+    """What a user means who calls a component; a record, to change some of its fields."""
+    if not isinstance(view, Instance):
+        hint = f"for a start value write `{ref}(start=...)` where it is declared, "
+        return f"{hint}for an entry `{ref}[...]`, for a product `{ref}*(...)`"
+    if view.layout.kind is not syntax.ClassKind.RECORD or call is None:
+        return f"write what you change of it where it is declared: `{ref}(...)`"
+    fields = constructors.inputs_of(view.cls)
+    given = dict(zip(fields, (a.span.text for a in call.arguments), strict=False))
+    given |= {a.name: a.value.span.text for a in call.named}
+    declared = view.element and view.element.definition
+    own = isinstance(declared, syntax.Component) and len(ref.parts) == 1
+    name = declared.type if own else view.cls.name  # type: ignore[union-attr]
+    if len(fields) > _MOST_FIELDS:
+        written = ", ".join(f"{n}={value}" for n, value in given.items())
+        kept = next((n for n in fields if n not in given), fields[0])
+        return f"write `{name}({written}, ...)` with its other fields as in `{kept}={ref}.{kept}`"
+    written = ", ".join(f"{n}={given.get(n, f'{ref}.{n}')}" for n in fields)
+    return f"write `{name}({written})`"
+
+
+_MOST_FIELDS = 6  # that a hint writes out
 
 
 def _refuse_method(ref: syntax.Ref, env: Env) -> None:

@@ -36,8 +36,10 @@ from planarc.flatten.functions.calls import (
 from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
 from planarc.flatten.terms.conform import (
+    NUMERIC,
     base_conforms,
     expect,
+    literals_hint,
     product_hint,
     scalar_count,
     shape_hint,
@@ -90,6 +92,9 @@ def _mend(node: syntax.Equality, left: flat.Expression, right: flat.Expression) 
     """What to do about sides of different types."""
     if not left.type.dims and right.type.dims == (1,):
         return f"a vector of one entry is no number: write `scalar({node.right.span.text})`"
+    for one, other in ((left, right), (right, left)):
+        if one.type.literals and other.type.base in NUMERIC:
+            return literals_hint(one.type)
     if (product := product_hint(right if left.type.dims else left)) is not None:
         return product
     if isinstance(node.left, syntax.Matrix) and isinstance(right, flat.Call):

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.mend import Each
-from planarc.core.prose import counted
+from planarc.core.prose import counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.flatwalk import nodes_of
@@ -108,10 +108,16 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
         return f"brackets make a matrix: write `{{{span.text.strip('[] ')}}}`"
     if not size or len(actual.dims) != 1:
         return None
+    values = f"write {size} values, such as {vector}" if short else None
+    return decimal_comma(span) or values
+
+
+def decimal_comma(span: Span) -> str | None:
+    """What a user means who writes `0,5` among numbers."""
     comma = re.search(r"\b(\d+),(\d+)\b", span.text)
-    if comma:
-        return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
-    return f"write {size} values, such as {vector}" if short else None
+    if comma is None:
+        return None
+    return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
 
 
 def _is_short(span: Span) -> bool:
@@ -142,9 +148,21 @@ def mismatch(
         hint = "write numbers without quotes"
     if expected.base is flat.Base.ENUMERATION and span.text.strip('"') in expected.literals:
         hint = f"write `{type_text(expected)}.{span.text.strip(chr(34))}`"
+    elif expected.literals and actual.base in NUMERIC:
+        hint = literals_hint(expected)
     message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     mend = Each() if expected.dims and not actual.dims else None
     return error("F270", message, span, hint=hint, mend=mend)
+
+
+def literals_hint(type_: flat.Type) -> str:
+    """What a value of an enumeration may be."""
+    names = [f"`{type_.name}.{name}`" for name in type_.literals]
+    few = len(names) <= _MOST_LITERALS
+    return f"write {listed(names, 'or') if few else shortened(names, _MOST_LITERALS)}"
+
+
+_MOST_LITERALS = 6  # that a hint names
 
 
 def no_scalar(code: str, message: str, span: Span) -> PlanarcError:

@@ -22,7 +22,7 @@ from collections.abc import Collection, Iterator
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean, nearest
-from planarc.core.prose import both
+from planarc.core.prose import both, either
 from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, layout_of, node_of, static_instance
@@ -130,23 +130,23 @@ def _member_on_disk(instance: Instance, name: str, part: Part | None) -> Element
 # Simple names ------------------------------------------------------------------------------
 
 
-def find(scope: Scope, name: str) -> tuple[Element, bool] | None:
-    """The element that an identifier means, and whether it is the scope's own."""
-    element = find_in_scope(scope, name)
+def find(scope: Scope, name: str, at: Span | None = None) -> tuple[Element, bool] | None:
+    """The element that an identifier `at` a place means, and whether it is the scope's own."""
+    element = find_in_scope(scope, name, at)
     if element is not None:
         return element, True
     if scope.part.definition.encapsulated or scope.parent is None:
         element = predefined.element(scope.session, name)
         return None if element is None else (element, False)
-    return _find_outside(scope.parent, name)
+    return _find_outside(scope.parent, name, at)
 
 
-def _find_outside(scope: Scope, name: str) -> tuple[Element, bool] | None:
+def _find_outside(scope: Scope, name: str, at: Span | None) -> tuple[Element, bool] | None:
     """Search enclosing classes; what packages answer is remembered."""
     static = scope.instance.prefix is None and scope.part.index == 0
     if static and name in scope.cls.lookups:
         return scope.cls.lookups[name]
-    found = find(scope, name)
+    found = find(scope, name, at)
     if found is not None:
         found = (found[0], False)
     if static and scope.instance.layout.done:
@@ -154,17 +154,17 @@ def _find_outside(scope: Scope, name: str) -> tuple[Element, bool] | None:
     return found
 
 
-def find_in_scope(scope: Scope, name: str) -> Element | None:
+def find_in_scope(scope: Scope, name: str, at: Span | None = None) -> Element | None:
     """An element of the class itself, of its bases, or one that it imports."""
     part = scope.part
     if name in part.visible or part.entries:
         element = member(scope.instance, name, part)
         if element is not None:
             return element
-    return _imported(scope, name) if part.imports else None
+    return _imported(scope, name, at) if part.imports else None
 
 
-def _imported(scope: Scope, name: str) -> Element | None:
+def _imported(scope: Scope, name: str, at: Span | None) -> Element | None:
     for clause in scope.part.imports:
         if clause.wildcard:
             continue
@@ -179,12 +179,24 @@ def _imported(scope: Scope, name: str) -> Element | None:
             element = _wildcard(scope, clause, name)
             if element is not None:
                 found.append((element, clause))
-    if len(found) > 1 and found[0][0] is not found[1][0]:
-        message = f"`{name}` is found by two `.*` imports"
-        hint = "import it by its own name"
-        related = [Related("also found by", found[0][1].span)]
-        raise error("F212", message, found[1][1].span, related=related, hint=hint)
+    if len({id(element) for element, _ in found}) > 1:
+        raise _ambiguous(name, [clause for _, clause in found], at)
     return found[0][0] if found else None
+
+
+def _ambiguous(name: str, clauses: list[syntax.Import], at: Span | None) -> PlanarcError:
+    """The error of a name that several `.*` imports bring."""
+    imports = [f"import {'.'.join(clause.path)}.{name};" for clause in clauses]
+    found = [Related("found by this import", clause.span) for clause in clauses]
+    told = Once(
+        "F212",
+        f"`{name}` is found by {'two' if len(found) == 2 else len(found)} `.*` imports",
+        at or clauses[-1].span,
+        hint=f"import the one that you mean by its own name: {either(imports)}",
+        related=tuple(found if at else found[:-1]),
+        kind=f"{clauses[0].span.source.name}:{clauses[0].span.start} {name}",
+    )
+    return PlanarcError(told)
 
 
 def import_target(
@@ -316,7 +328,7 @@ def _first(scope: Scope, name: str, ref: syntax.Ref) -> Element:
         if element is None:
             raise error("F210", f"there is no top-level class `{name}`", ref.span)
         return element
-    found = find(scope, name)
+    found = find(scope, name, ref.span)
     if found is None:
         raise unknown(scope, name, ref.span)
     return found[0]

@@ -23,6 +23,7 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.prose import shortened
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, subtype
 from planarc.flatten.tree.demand import class_of
@@ -152,8 +153,23 @@ def _does_not_fit(
     name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
     message = f"`{name}` cannot replace `{element.name}`: {reason}"
     is_component = isinstance(element.definition, syntax.Component)
-    hint = f"take a class that extends `{wanted.name}`" if is_component else None
+    hint = _what_fits(element, wanted) if is_component else None
     return error("F242", message, new, related=[Related("declared here", old)], hint=hint)
+
+
+def _what_fits(element: Element, wanted: Class) -> str:
+    """The hint that tells which classes a component takes."""
+    hint = f"take a class that extends `{wanted.name}`"
+    near = (_declared_class(element).name, wanted.name, element.scope.instance.cls.name)
+    for package in dict.fromkeys(name.rpartition(".")[0] for name in near):
+        names = subtype.complete_heirs(wanted, package, element.scope.session) if package else []
+        if names:
+            of = f" of `{package}`"
+            return f"{hint}, such as {shortened([f'`{n}`' for n in names], _MOST_OFFERED)}{of}"
+    return hint
+
+
+_MOST_OFFERED = 6
 
 
 def _widens(definition: syntax.ClassDef) -> bool:

@@ -12,10 +12,11 @@ Reference: Modelica Language Specification 3.6, sections 6.4 and 6.5.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError
+from planarc.flatten.library.library import split_name
 from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.tree import lookup
-from planarc.flatten.tree.demand import layout_of, static_instance
-from planarc.flatten.tree.nodes import Class, Layout
+from planarc.flatten.tree.demand import class_of, layout_of, static_instance
+from planarc.flatten.tree.nodes import Class, Layout, Session
 from planarc.ir import flat, syntax
 
 _MODELS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
@@ -46,6 +47,22 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
         elif lookup.member(static_instance(cls), name) is None:
             return f"it has no `{name}`"
     return _input_obstacle(cls, own, wanted)
+
+
+def complete_heirs(cls: Class, package: str, session: Session) -> list[str]:
+    """The names of the classes of a package that extend a class and are not partial."""
+    found = []
+    for name in session.library.class_names(package):
+        path = (*split_name(package), name)
+        try:
+            element = lookup.import_target(session.root_scope, path, cls.span)
+            heir = class_of(element, cls.span)
+            bases = [part.definition for part in layout_of(heir).parts]
+        except PlanarcError:
+            continue
+        if cls.definition in bases[1:] and not heir.definition.partial:
+            found.append(name)
+    return found
 
 
 def _same_kind(own: syntax.ClassKind, wanted: syntax.ClassKind) -> bool:

@@ -109,7 +109,7 @@ def _range_of_type(ref: syntax.Ref, env: Env) -> flat.Expression | None:
     """`for e in Kind`: all values of an enumeration or of Boolean."""
     if ref.parts[0].name in env.locals:
         return None
-    found = lookup.find(env.scope, ref.parts[0].name)
+    found = lookup.find(env.scope, ref.parts[0].name, ref.span)
     if found is None or not found[0].is_class:
         return None
     view = references.resolve(ref, env)

@@ -158,7 +158,7 @@ _TYPERS: dict[type, Callable[[Any, Env], flat.Expression]] = {
     syntax.Matrix: _matrix,
     syntax.Tuple: _tuple,
     syntax.Index: lambda node, env: references.with_subscripts(
-        env.typed(node.base), node.subscripts, env, node.span
+        env.typed(node.base), node.subscripts, env, node.span, node.base.span.text
     ),
     syntax.Member: lambda node, env: references.field_of(
         env.typed(node.base), node.name, node.span

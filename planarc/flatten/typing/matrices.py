@@ -6,8 +6,9 @@ Reference: Modelica Language Specification 3.6, section 10.4.2.
 from __future__ import annotations
 
 from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.prose import counted
 from planarc.core.source import Span
-from planarc.flatten.terms.conform import common_type, type_text
+from planarc.flatten.terms.conform import common_type, decimal_comma, type_text
 from planarc.flatten.terms.select import array, element_at, opened
 from planarc.flatten.typing import arrays
 from planarc.ir import flat
@@ -23,13 +24,26 @@ def matrix(rows: list[list[flat.Expression]], span: Span) -> flat.Expression:
     lines: list[list[flat.Expression]] = []
     for row in rows:
         lines += _beside([_as_block(e) for e in row], span)
-    widths = {len(line) for line in lines}
-    if len(widths) > 1:
-        raise error("F276", "the rows of the matrix have different lengths", span)
+    _check_widths(lines, span)
     entries = [entry for line in lines for entry in line]
     type_ = common_type(rows[0][0].type.with_dims(()), entries, _unlike)
     width = len(lines[0]) if lines else 0
     return array([array(line, type_, span) for line in lines], type_.with_dims((width,)), span)
+
+
+def _check_widths(lines: list[list[flat.Expression]], span: Span) -> None:
+    """Report the first row that is longer or shorter than most."""
+    widths = [len(line) for line in lines]
+    usual = max(widths, key=widths.count, default=0)
+    for row, width in enumerate(widths, 1):
+        if width != usual:
+            has = f"row {row} has {counted(width, 'value')}"
+            message = f"the rows of the matrix have different lengths: {has}"
+            message += f", the others have {usual}" if widths.count(usual) > 1 else f", not {usual}"
+            whole = [e.span for e in lines[row - 1] if e.span.source is span.source] or [span]
+            place = whole[0]._replace(end=whole[-1].end)
+            hint = decimal_comma(place) if width > usual else None
+            raise error("F276", message, place, hint=hint)
 
 
 def _unlike(type_: flat.Type, entry: flat.Expression) -> PlanarcError:

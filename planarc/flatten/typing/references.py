@@ -33,7 +33,7 @@ from planarc.flatten.refusal import (
 )
 from planarc.flatten.terms.conform import type_text
 from planarc.flatten.terms.select import array, integer, subscripted
-from planarc.flatten.tree import lookup
+from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
 from planarc.flatten.tree.inherit import TIMELESS
 from planarc.flatten.tree.nodes import (
@@ -84,11 +84,12 @@ def _local(ref: syntax.Ref, env: Env) -> flat.Expression:
     value = env.locals[first.name]
     if isinstance(value, flat.Reference):
         value = replace(value, span=ref.span)  # where it is used, not where it is declared
-    value = with_subscripts(value, first.subscripts, env, ref.span)
+    found = lookup.find(env.scope, first.name) if first.subscripts else None
+    element = found[0] if found and not found[0].is_class else None
+    value = with_subscripts(value, first.subscripts, env, ref.span, first.name, element)
     for part in ref.parts[1:]:
-        value = with_subscripts(
-            field_of(value, part.name, ref.span), part.subscripts, env, ref.span
-        )
+        field = field_of(value, part.name, ref.span)
+        value = with_subscripts(field, part.subscripts, env, ref.span, part.name)
     return value
 
 
@@ -116,7 +117,7 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
         element = lookup.member(env.session.root_scope.instance, first.name)
         own = False
     else:
-        found = lookup.find(env.scope, first.name)
+        found = lookup.find(env.scope, first.name, ref.span)
         element, own = found if found is not None else (None, False)
     if element is None:
         raise lookup.unknown(env.scope, first.name, ref.span, env.iterators if env.end else ())
@@ -179,7 +180,8 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
             row = rows.index(part.name) + 1
             hint, known = f"write `{view.name}[{row}]`: rows of vectors have numbers", True
         raise error("F213", message, ref.span, hint=hint if known else None)
-    return with_subscripts(field_of(view, part.name, ref.span), part.subscripts, env, ref.span)
+    field = field_of(view, part.name, ref.span)
+    return with_subscripts(field, part.subscripts, env, ref.span, part.name)
 
 
 def _step_empty(view: Family, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
@@ -225,7 +227,8 @@ def select(node: Node, subscripts: syntax.Expressions, env: Env, ref: syntax.Ref
     if not subscripts:
         return node
     if isinstance(node, Leaf):
-        return with_subscripts(leaf_value(node, ref.span, env), subscripts, env, ref.span)
+        value = leaf_value(node, ref.span, env)
+        return with_subscripts(value, subscripts, env, ref.span, node.name, node.element)
     if isinstance(node, Absent):
         raise absent_error(node, ref.span)
     if isinstance(node, Instance):
@@ -242,9 +245,8 @@ def _chosen(node: Family, k: int, subscript: syntax.Expression, env: Env) -> Cho
     if isinstance(subscript, syntax.Colon):
         return list(range(1, node.dims[k] + 1))
     size = flat.Type(flat.Base.INTEGER, node.dims)
-    typed = type_subscript(
-        subscript, env.with_end(flat.Reference(size, subscript.span, node.name), k)
-    )
+    whole = flat.Reference(size, subscript.span, node.name)
+    typed = type_subscript(subscript, env.with_end(whole, k), node.element, k)
     if env.picks and not typed.type.dims and _varies(typed, env):
         if not node.dims[k]:
             message = f"`{node.name}` has no members that an index could choose"
@@ -303,30 +305,40 @@ def _nested(node: Family) -> list[View]:
 
 
 def with_subscripts(
-    value: flat.Expression, subscripts: syntax.Expressions, env: Env, span: Span
+    value: flat.Expression,
+    subscripts: syntax.Expressions,
+    env: Env,
+    span: Span,
+    name: str,
+    element: Element | None = None,
 ) -> flat.Expression:
-    """Subscripts on a value."""
+    """Subscripts on a value of that name, which an element may declare."""
     if not subscripts:
         return value
     dims = value.type.dims
-    name = f"`{value.name}`" if isinstance(value, flat.Reference) else "this value"
+    name = value.name if isinstance(value, flat.Reference) else name
     if len(subscripts) > len(dims):
-        message = f"{name} has {counted(len(dims), 'dimension')}, not {len(subscripts)}"
+        message = f"`{name}` has {counted(len(dims), 'dimension')}, not {len(subscripts)}"
         raise error("F218", message, span)
     typed: list[flat.Expression] = []
     for k, subscript in enumerate(subscripts):
         if isinstance(subscript, syntax.Colon):
             typed.append(flat.Slice(flat.INTEGER.with_dims((dims[k],)), subscript.span))
             continue
-        index = type_subscript(subscript, env.with_end(value, k))
-        _check_range(index, dims[k], name.strip("`"), env)
+        index = type_subscript(subscript, env.with_end(value, k), element, k)
+        _check_range(index, dims[k], name, env)
         typed.append(index)
     return subscripted(value, tuple(typed), span)
 
 
-def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
+def type_subscript(
+    subscript: syntax.Expression, env: Env, element: Element | None = None, k: int = 0
+) -> flat.Expression:
+    """An index of dimension `k`, counted from 0, of what an element declares."""
     index = env.typed(subscript)
     base = index.type.base
+    if base is flat.Base.BOOLEAN and element is not None:
+        _check_boolean_index(subscript.span, element, k)
     if len(index.type.dims) > 1 or base not in (
         flat.Base.INTEGER,
         flat.Base.BOOLEAN,
@@ -343,6 +355,20 @@ def type_subscript(subscript: syntax.Expression, env: Env) -> flat.Expression:
     if base is flat.Base.ENUMERATION and isinstance(folded, flat.Literal):
         return integer(int(folded.value), index.span)
     return folded
+
+
+def _check_boolean_index(span: Span, element: Element, k: int) -> None:
+    """A Boolean is an index where the dimension is declared to be `Boolean` (10.5)."""
+    definition, scope, _ = redeclare.effective_component(element)
+    layout = layout_of(lookup.find_class(scope, definition.type))
+    dimension, where = redeclare.written_dims(definition, scope, layout)[k]
+    type_ = _dimension_type(dimension, where)
+    if type_ is not None and type_.base is flat.Base.BOOLEAN:
+        return
+    what = f"a Boolean is no index of `{element.name}`, whose dimension is not `Boolean`"
+    hint = f"write `if {span.text} then 2 else 1` in its place"
+    related = (Related("declared here", definition.span),)
+    raise error("F218", what, span, hint=hint, related=related)
 
 
 def _check_range(index: flat.Expression, size: int | None, name: str, env: Env) -> None:
@@ -428,17 +454,18 @@ def node_value(node: Node, span: Span, env: Env) -> flat.Expression:
 
 def size_of_type(expression: syntax.Expression, scope: Scope) -> int | None:
     """An enumeration or `Boolean` as a dimension has one entry a value (10.1)."""
+    type_ = _dimension_type(expression, scope)
+    if type_ is None:
+        return None
+    return 2 if type_.base is flat.Base.BOOLEAN else len(type_.literals) or None
+
+
+def _dimension_type(expression: syntax.Expression, scope: Scope) -> flat.Type | None:
+    """The built-in type that a dimension names."""
     if not isinstance(expression, syntax.Ref):
         return None
     found = lookup.find(scope, expression.parts[0].name)
     if found is None or not found[0].is_class:
         return None
     view = resolve(expression, Env(scope))
-    if not isinstance(view, Class):
-        return None
-    builtin = layout_of(view).builtin
-    if builtin is not None and builtin.base is flat.Base.BOOLEAN:
-        return 2
-    if builtin is not None and builtin.literals:
-        return len(builtin.literals)
-    return None
+    return layout_of(view).builtin if isinstance(view, Class) else None

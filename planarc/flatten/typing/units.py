@@ -11,6 +11,8 @@ not certain. Scales count where they are certain, too: nothing converts `km/h` i
 Example: `F = m*v` with units N, kg and m/s is reported with `N`, as declared, and `kg.m/s`.
 
 Reference: Modelica Language Specification 3.6, chapter 19.
+
+The file is long because what is certain of a unit and what is told of it are one walk.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ from typing import TypeAlias
 from msgspec import Struct, field
 
 from planarc.core import unit
-from planarc.core.diagnostic import Diagnostic, Once, Severity, UsageError
+from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic, Once, Related, Severity, UsageError
+from planarc.core.prose import both
 from planarc.core.quantity import in_unit, measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
@@ -38,14 +42,24 @@ from planarc.runtime.elementary import Elementary, Units
 #: A measure, see `quantity.measure`. None: not known, fits everything
 Known: TypeAlias = "Dimension | None"
 
-#: The two expressions whose units are compared, if each is one.
-Sides: TypeAlias = "tuple[flat.Expression | None, flat.Expression | None]"
+#: The two expressions whose units are compared, if each is one; or its unit as it was declared.
+Sides: TypeAlias = "tuple[flat.Expression | str | None, flat.Expression | str | None]"
 
 _PLAIN = (*NUMBER, 0.0)
 _SAME_SCALE = 1e-9  # difference of logarithms
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
+
+
+class _Given(Data):
+    """An argument of a call whose unit is not that of its input."""
+
+    name: str
+    unit: str  # of the input, as it was declared
+    wanted: Dimension
+    argument: flat.Expression
+    value: Dimension
 
 
 class Checker(Struct):
@@ -70,8 +84,10 @@ class Checker(Struct):
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
-    def text(self, known: Dimension, side: flat.Expression | None) -> str:
+    def text(self, known: Dimension, side: flat.Expression | str | None) -> str:
         """A unit as it was declared, where it is that of a variable."""
+        if isinstance(side, str):
+            return side
         name = side.name if isinstance(side, flat.Reference) else ""
         return self.declared.get(name) or _text(known)
 
@@ -216,13 +232,38 @@ class Checker(Struct):
         values = [self.of(a) for a in e.arguments]
         if function is None:
             return None
-        for variable, value, argument in zip(function.inputs, values, e.arguments, strict=False):
-            declared = measure(variable.attributes.unit)
-            what = f"the input `{variable.name}` of `{function.name}` and what is given"
-            self.agree(what, declared, value, argument.span)
+        wrong = [
+            _Given(variable.name, variable.attributes.unit, wanted, argument, value)
+            for variable, value, argument in zip(function.inputs, values, e.arguments, strict=False)
+            if value is not None
+            and (wanted := measure(variable.attributes.unit)) is not None
+            and not _agree(wanted, value)
+        ]
+        if not self.exchanged(function.name, wrong):
+            for one in wrong:
+                what = f"the input `{one.name}` of `{function.name}` and what is given"
+                sides = one.unit, one.argument
+                self.report(what, one.wanted, one.value, one.argument.span, sides)
         if e.output is None or e.output >= len(function.outputs):
             return None
         return measure(function.outputs[e.output].attributes.unit)
+
+    def exchanged(self, function: str, wrong: list[_Given]) -> bool:
+        """Report two arguments whose units fit when each takes the other's place."""
+        if len(wrong) != 2:
+            return False
+        first, second = wrong
+        if not (_agree(first.wanted, second.value) and _agree(second.wanted, first.value)):
+            return False
+        given = both(self.text(one.value, one.argument) for one in wrong)
+        message = f"the inputs {both(one.name for one in wrong)} of `{function}` take "
+        message += f"{both(one.unit for one in wrong)}, but are given {given}"
+        span, other = first.argument.span, second.argument.span
+        hint = f"exchange {both(' '.join(s.text.split()) for s in (span, other))}"
+        note = (Related("the other one", other),) if other.line != span.line else ()
+        found = Diagnostic("F330", message, span, Severity.WARNING, hint=hint, related=note)
+        self.found.append(found)
+        return True
 
     # Equations ------------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ Reference: Modelica Language Specification 3.6, sections 3.8 and 4.5.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Once, PlanarcError, Related
 from planarc.core.source import Span
 from planarc.flatten.refusal import unknown_value, variable_for_value
 from planarc.flatten.terms.conform import expect_scalar
@@ -115,11 +115,22 @@ def range_size(
 def package_constant(leaf: Leaf, span: Span) -> flat.Expression:
     """The value of a constant that belongs to a class, not to a component."""
     if leaf.variability is not flat.Variability.CONSTANT:
-        raise error(
+        in_package = leaf.parent.layout.kind is syntax.ClassKind.PACKAGE
+        hint = "declare it `constant`"
+        hint = (
+            f"{hint}: a package holds constants only"
+            if in_package
+            else (f"name it as that of a component of `{leaf.parent.name}`, or {hint}")
+        )
+        told = Once(
             "F217",
             f"`{leaf.name}` is no constant: outside of an instance of its class it has no value",
             span,
+            hint=hint,
+            related=(Related("declared here", leaf.span),),
+            kind=leaf.name,
         )
+        raise PlanarcError(told)
     try:
         value = evaluator.Evaluator(leaf.parent.session).leaf_value(leaf)
     except NotConstant as problem:
