@@ -51,7 +51,8 @@ def fixed_by_its_end(dae: Dae, part: Part) -> Diagnostic | None:
     ends = {end for c in connects for end in (c.left, c.right) if owner(end) == part.name}
     for connect in connects if len(ends) == 1 else ():
         (other,) = {connect.left, connect.right} - ends or ends
-        if is_own(dae, connect.span) and _fixed(dae, other) is not None:
+        place = _fixed(dae, other) if is_own(dae, connect.span) else None
+        if place is not None and place.place.startswith("{"):  # a frame
             return Diagnostic(
                 "S301",
                 f"`{other}` stands still, but `{part.name}` says by itself how `{min(ends)}` moves",
