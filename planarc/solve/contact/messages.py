@@ -105,8 +105,9 @@ def _touching(touches: Points, i: int) -> str:
 def _value(touches: Touches, name: str) -> float:
     """Of a variable or a parameter, at this instant."""
     program, w = touches.program, touches.kernel.w
-    columns = {c.name: c.sign * w[c.slot] for c in program.columns}
-    return float(columns.get(name, 0.0))
+    values = {p.name: w[p.slot] for p in program.parameter_slots}
+    values |= {c.name: c.sign * w[c.slot] for c in program.columns}
+    return float(values[name])
 
 
 def _turned(touches: Touches, way: str, value: float) -> str:

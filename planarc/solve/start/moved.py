@@ -20,6 +20,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.places import declaration, owner
 from planarc.ir.program import CandidateSlot, Program
 from planarc.ir.result import Held
+from planarc.solve.once import once
 from planarc.solve.start.longest import lengths_of_parts
 
 #: Turns that a guess hardly moves by.
@@ -48,19 +49,32 @@ def _absurd(
     program: Program, kernel: Kernel, held: Sequence[Held]
 ) -> Iterator[tuple[float, Held, CandidateSlot, str]]:
     """Guesses that moved absurdly far: by how many times what is plausible, and that in words."""
-    if program.mechanism is None:
-        return
-    joints = {joint.name for joint in program.mechanism.joints}
-    units = {c.name: c.unit for c in program.columns}
-    candidates = {c.display: c for c in program.candidates}
-    longest = max(lengths_of_parts(program, kernel).values(), default=0.0)
+    coordinates = _coordinates(program)
+    longest: float | None = None
     for guess in held:
-        candidate, way = candidates.get(guess.name), abs(guess.value - guess.start)
-        if guess.held or candidate is None or owner(guess.name) not in joints:
+        way = abs(guess.value - guess.start)
+        if guess.held or not way or guess.name not in coordinates:
             continue
-        unit = units.get(guess.name)
+        candidate, unit = coordinates[guess.name]
         if unit == "rad" and candidate.start_written and way > 2 * pi * _TURNS:
             yield way / (2 * pi * _TURNS), guess, candidate, turns(way)
-        elif unit == "m" and way > _FAR * longest > 0:
-            by = f"{way:.4g} m, and its parts are {longest:.3g} m long"
-            yield way / (_FAR * longest), guess, candidate, by
+        elif unit == "m":
+            if longest is None:
+                longest = max(lengths_of_parts(program, kernel).values(), default=0.0)
+            if way > _FAR * longest > 0:
+                by = f"{way:.4g} m, and its parts are {longest:.3g} m long"
+                yield way / (_FAR * longest), guess, candidate, by
+
+
+@once
+def _coordinates(program: Program) -> dict[str, tuple[CandidateSlot, str]]:
+    """Places of joints among the candidates, with their units."""
+    if program.mechanism is None:
+        return {}
+    joints = {joint.name for joint in program.mechanism.joints}
+    units = {c.name: c.unit for c in program.columns}
+    return {
+        c.display: (c, unit)
+        for c in program.candidates
+        if owner(c.display) in joints and (unit := units.get(c.display)) in ("rad", "m")
+    }
