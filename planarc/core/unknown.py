@@ -30,6 +30,8 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     hint = (
         f"`{name}` is a part: name one of its {kind}s, as {either(inside[:3])}" if inside else None
     )
+    if (first := name.replace("[0]", "[1]")) != name and first in names:
+        hint = f"indices count from 1: the first is `{first}`"
     hint = hint or said(_meant(name, names))
     if hint is None and 0 < len(names) <= 8:
         hint = f"choose among {ticked(names)}"

@@ -180,3 +180,10 @@ def test_a_model_never_changes() -> None:
     assert 'parameters={"a": ...}' in refused(lambda: assign(model.parameters, "a"), "C202")
     assert 'start={"x": ...}' in refused(lambda: assign(model.variables, "x"), "C202")
     assert "there is no" in refused(lambda: assign(model.parameters, "q"), "C201")
+
+
+def test_an_index_of_0_is_told_where_counting_begins() -> None:
+    model = planarc.load("model M\n  Real r[2] = {time, 2*time};\nend M;")
+    told = refused(lambda: model.simulate(1.0)["r[0]"], "C201")
+    assert "indices count from 1: the first is `r[1]`" in told
+    assert "r[2]" not in told

@@ -47,6 +47,18 @@ def test_mutated_models_end_in_a_diagnostic() -> None:
     assert kinds >= {"P", "F", "S"}  # the sample reaches all of these stages
 
 
+@pytest.mark.parametrize(("limit", "told"), [("LIMIT", "s of CPU"), ("MEMORY", "MiB")])
+def test_an_input_beyond_a_limit_is_trouble(
+    limit: str, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = b"model M\n  Real x = time;\nend M;"
+    assert fuzz.judge(model).trouble is None
+    monkeypatch.setattr(fuzz, limit, 0)
+    trouble = fuzz.judge(model).trouble
+    assert trouble is not None
+    assert told in trouble
+
+
 def test_the_same_number_gives_the_same_input() -> None:
     assert fuzz.mutated(3, 17) == fuzz.mutated(3, 17)
     assert len({fuzz.mutated(3, number) for number in range(50)}) > 40

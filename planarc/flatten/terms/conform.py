@@ -83,6 +83,10 @@ def product_hint(value: flat.Expression) -> str | None:
     return "`*` of two vectors is a number; write `.*` to multiply them entry by entry"
 
 
+#: What stands before a value that all members of an array get.
+_EACH = re.compile(r"\beach\s+[\w.]+\s*=\s*\Z")
+
+
 def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
     """What a user means who gives a number or a vector of another length."""
     size = expected.dims[0] if len(expected.dims) == 1 else None
@@ -92,6 +96,8 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
         example = f"{size} values in braces, such as {vector}; " if short else ""
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not expected.dims and len(actual.dims) == 1:
+        if _EACH.search(span.source.text, 0, span.start):
+            return "remove `each`, if every member is to get its own value; else give one number"
         return "give one number, not a vector"
     matrices = len(expected.dims) == len(actual.dims) == 2
     lies = matrices and expected.dims[0] not in (1, None) and actual.dims == (1, expected.dims[0])
