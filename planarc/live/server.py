@@ -82,7 +82,7 @@ class LiveServer:
         self.session = session
         self._framed = framed
         self.token = secrets.token_urlsafe(24)
-        self._pages: list[Queue[str]] = []
+        self._pages: list[tuple[str, Queue[str]]] = []  # a page that connects again has two
         try:
             self._server = _listen(port, self._application)
         except OSError as problem:
@@ -111,8 +111,7 @@ class LiveServer:
 
     def stop(self) -> None:
         self._watch.stop()
-        for page in tuple(self._pages):
-            page.put("end")
+        self._tell("end")
         if self._thread is not None:
             self._server.shutdown()
             self._thread.join()
@@ -126,15 +125,15 @@ class LiveServer:
     ) -> None:
         """Show another edition of the model from now on."""
         self.session.reload(request, model, library)
-        self._tell_edited()
+        self._tell("edited")
 
     def _edited(self) -> None:
         self.session.reload()
-        self._tell_edited()
+        self._tell("edited")
 
-    def _tell_edited(self) -> None:
-        for page in tuple(self._pages):
-            page.put("edited")
+    def _tell(self, event: str) -> None:
+        for _, events in tuple(self._pages):
+            events.put(event)
 
     # Requests
 
@@ -211,16 +210,16 @@ class LiveServer:
         return Response(status=204)
 
     def _events(self, request: Request) -> Response:
-        page: Queue[str] = Queue()
-        self._pages.append(page)
         name = request.args.get("page", "")[:100]
+        page = name, Queue[str]()
+        self._pages.append(page)
 
         def lines() -> Iterator[str]:
             try:
                 yield ": open\n\n"
                 while True:
                     try:
-                        event = page.get(timeout=_BEAT)
+                        event = page[1].get(timeout=_BEAT)
                     except Empty:
                         yield ": alive\n\n"
                         continue
@@ -229,7 +228,8 @@ class LiveServer:
                         return
             finally:  # the page is gone: writing to it failed
                 self._pages.remove(page)
-                self.session.leave(name)
+                if name not in (other for other, _ in self._pages):  # it did not connect again
+                    self.session.leave(name)
 
         # What forwards the port must hand each line on: it may not pack them together.
         headers = {"Cache-Control": "no-store, no-transform"}

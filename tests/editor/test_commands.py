@@ -184,7 +184,7 @@ async def test_the_live_page_follows_what_is_typed(client: LanguageClient) -> No
             editor.change(uri, text, version)
             while await asyncio.to_thread(events.readline) != b"event: edited\n":
                 pass
-        answer = await asyncio.to_thread(_run, page.url)
+            answer = await asyncio.to_thread(_run, page.url)
         assert bool(answer["problems"]) == ("scene" not in answer) == (length is None)
         if length is not None:
             assert _value(answer, "crank.r[1]") == length

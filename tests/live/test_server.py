@@ -16,7 +16,7 @@ import pytest
 import planarc
 from planarc.core.diagnostic import UsageError
 from planarc.live.server import LiveServer, _Handler
-from planarc.live.session import Session
+from planarc.live.session import Order, Session
 from planarc.request.request import Request
 
 Ask = Callable[..., Any]
@@ -209,11 +209,34 @@ def test_the_page_is_told_of_an_edit(ask: Ask, server: LiveServer, swing: Reques
     events.close()
     line.close()
     # The page is gone; the server notices, and goes on.
-    until = time.monotonic() + 300
-    while server._pages and time.monotonic() < until:
-        time.sleep(0.05)
-    assert not server._pages
+    _wait_for_pages(server, 0)
     assert ask("run", {}).status == 200
+
+
+def test_a_page_that_connects_again_loses_no_run(server: LiveServer) -> None:
+    lines = []
+    for _ in range(2):
+        line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=300)
+        line.request("GET", f"/{server.token}/events?page=a")
+        lines.append((line, line.getresponse()))
+    _wait_for_pages(server, 2)
+    session = server.session
+    for left, (line, events) in zip((1, 0), lines, strict=True):
+        with session._turn(Order(page="a")) as number:
+            events.close()
+            line.close()
+            _wait_for_pages(server, left)
+            until = time.monotonic() + 300
+            while not left and not session.overtaken("a", number) and time.monotonic() < until:
+                time.sleep(0.05)
+            assert session.overtaken("a", number) == (not left)
+
+
+def _wait_for_pages(server: LiveServer, count: int) -> None:
+    until = time.monotonic() + 300
+    while len(server._pages) != count and time.monotonic() < until:
+        time.sleep(0.05)
+    assert len(server._pages) == count
 
 
 def test_a_browser_that_closes_in_mid_run_harms_nobody(ask: Ask, server: LiveServer) -> None:
