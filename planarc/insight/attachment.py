@@ -29,10 +29,13 @@ from planarc.insight.idle import idle_parts
 from planarc.insight.sensors import find_sensors
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
+from planarc.ir.expr import Op, postorder
 from planarc.ir.flat import StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
 
 _SHOWN = 6
+#: What lets an equation change while nothing moves freely.
+_CHANGING = (Op.TIME, Op.PRE, Op.EVENT, Op.PAST)
 
 
 class Group(Data):
@@ -213,7 +216,8 @@ def _open_beside(dae: Dae, mechanism: Mechanism, group: Group) -> tuple[str, ...
 
 def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning for where nothing moves, which by count is so: perhaps a joint is missing
-    where parts are connected without one. Redundant joints may hold what moves all the same."""
+    where parts are connected without one. Redundant joints may hold what moves all the same.
+    A note where the model asks for no motion, as that of a truss."""
     if mechanism.mobility != 0 or not mechanism.joints:
         return None
     welds = _welds(dae, mechanism)
@@ -232,6 +236,9 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
             hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
     pair = _pair(mechanism)
+    standing = not (pair or welds or any(v.fixed for v in dae.variables) or changes(dae))
+    if standing:
+        hint = "if it is no structure, a joint is missing"
     if pair:
         hint = f"{both(pair)} join the same two parts, which holds these together: leave one of "
         hint += "the two out, or put a joint between parts that are connected without one"
@@ -239,12 +246,19 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         "S322",
         f"nothing can move: {count_text(mechanism)}",
         place(dae, _part((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),
-        Severity.WARNING,
+        Severity.NOTE if standing else Severity.WARNING,
         hint=hint,
         related=tuple(
             Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
             for a, b in (() if pair else welds[:3])
         ),
+    )
+
+
+def changes(dae: Dae) -> bool:
+    """Whether something in the equations changes though nothing moves freely."""
+    return any(
+        e.op in _CHANGING for e in postorder(s for q in dae.equations for s in (q.left, q.right))
     )
 
 

@@ -182,6 +182,9 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
         raise UnknownCourse(Diagnostic("L321", message, call.span, related=related))
     for variable in function.outputs:
         _refuse_misfit(runner, variable, call.span)
+        if variable.name in runner.unset.conditions:
+            message = f"`{function.name}` gives its output `{variable.name}` no value"
+            runner.here().keep_set(variable.name, message, variable.span)
     return tuple(runner.values[v.name] for v in function.outputs)
 
 

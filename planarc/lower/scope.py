@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
@@ -15,6 +16,7 @@ from planarc.core.source import NOWHERE, Span
 from planarc.ir import dae, flat
 from planarc.ir.calculus import Differentiator, time_derivative
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder, symbols
+from planarc.lower.unset import exclude
 from planarc.lower.values import Value
 
 #: Beginning of the names of variables that delays need.
@@ -159,20 +161,21 @@ class Scope(Data):
     at_event: bool = False
     depth: int = 0  # of function calls
     path: Expr | None = None  # what must hold for it to be evaluated; None: nothing
+    unset: Mapping[str, Expr] = {}  # where some of `locals` have no value
 
     @property
     def table(self) -> Exprs:
         return self.model.table
 
     def without_events(self) -> Scope:
-        return Scope(self.model, self.locals, False, self.at_event, self.depth, self.path)
+        return replace(self, events=False)
 
     def where(self, condition: Expr) -> Scope:
         """The same scope, evaluated only where a condition holds as well."""
         if condition is self.table.true:
             return self
         path = condition if self.path is None else self.table.and_(self.path, condition)
-        return Scope(self.model, self.locals, self.events, self.at_event, self.depth, path)
+        return replace(self, path=path)
 
     def keep_within(self, position: Expr, fit: Collection[int], span: Span) -> None:
         """End the run where a subscript that is chosen while running is none that fits."""
@@ -187,8 +190,22 @@ class Scope(Data):
             parts = ("the subscript ", (position, ""), f" is outside of {low} to {high}")
             self.model.assertions.append(dae.Assertion(holds, dae.Message(parts), span=span))
 
+    def keep_set(self, name: str, message: str, span: Span) -> None:
+        """End the run where a variable without a value is asked for."""
+        t, condition = self.table, self.unset[name]
+        if self.path is not None:
+            if exclude(t, self.path, condition):
+                return
+            condition = t.and_(self.path, condition)
+        holds = t.not_(condition)
+        if holds not in self.model.bounds:
+            self.model.bounds.add(holds)
+            self.model.assertions.append(dae.Assertion(holds, dae.Message((message,)), span=span))
+
     def value(self, name: str, span: Span) -> Value:
         if self.locals is not None and name in self.locals:
+            if name in self.unset:
+                self.keep_set(name, f"`{name}` is used before it has a value", span)
             return self.locals[name]
         if name in self.model.values:
             return self.model.values[name]

@@ -26,10 +26,12 @@ from planarc.core.diagnostic import Diagnostic, Related, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
+from planarc.ir.flatwalk import set_by
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.bounds import bounds
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
+from planarc.lower.unset import Unset, join
 from planarc.lower.values import Value, expr, fixed_dims
 from planarc.runtime.tensor import elements, shape_of
 
@@ -72,6 +74,7 @@ class Runner(Struct):
     forks: list[tuple[Expr, Runner]] = field(default_factory=list)  # other ways, not yet run
     ways: list[int] = field(default_factory=lambda: [1])  # counted over all ways of the call
     turns: list[int] = field(default_factory=lambda: [0])  # likewise
+    unset: Unset = Unset()  # where some of `values` have none, in a function
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
     def run_body(self, statements: Sequence[flat.Statement]) -> None:
@@ -87,7 +90,7 @@ class Runner(Struct):
         self._go()
         for condition, other in reversed(self.forks):
             other._finish()
-            self._join(condition, other.values, self.values, self.span)
+            self._meet(condition, other, self.span)
 
     def _go(self) -> None:
         while self.frames:
@@ -119,6 +122,12 @@ class Runner(Struct):
     def _on_path(self, condition: Expr) -> Expr:
         return condition if self.path is None else self.scope.table.and_(self.path, condition)
 
+    def _meet(self, condition: Expr, then: Runner, span: Span) -> None:
+        """Join this way with another one, to which `condition` leads."""
+        ways = (then.unset, then.values), (self.unset, self.values)
+        self.unset = join(self.scope.table, condition, *ways)
+        self._join(condition, then.values, self.values, span)
+
     def _join(
         self, condition: Expr, then: Mapping[str, Value], otherwise: dict[str, Value], span: Span
     ) -> None:
@@ -126,7 +135,7 @@ class Runner(Struct):
         here = self.here()
         for name, value in then.items():
             other = otherwise.get(name)
-            if other is None:  # assigned on one way only; read on that way only
+            if other is None:  # assigned on one way only
                 otherwise[name] = value
             elif shape_of(other) != shape_of(value):
                 if other != value:
@@ -166,9 +175,9 @@ class Runner(Struct):
         return int(value.data)
 
     def here(self) -> Scope:
-        outer = self.scope
+        outer, path, unset = self.scope, self.whole_path(), self.unset.conditions
         return Scope(
-            outer.model, self.values, self.events, outer.at_event, outer.depth, self.whole_path()
+            outer.model, self.values, self.events, outer.at_event, outer.depth, path, unset
         )
 
     def whole_path(self) -> Expr | None:
@@ -195,6 +204,7 @@ class Runner(Struct):
     def assign(self, s: flat.Assignment) -> None:
         here = self.here()
         store(here, self.values, s.target, scalar.lower_expression(here, s.value))
+        self._set(s)
 
     def assign_tuple(self, s: flat.TupleAssignment) -> None:
         here = self.here()
@@ -203,6 +213,11 @@ class Runner(Struct):
         for target, value in zip(s.targets, results, strict=False):
             if target is not None:
                 store(self.here(), self.values, target, value)
+        self._set(s)
+
+    def _set(self, s: flat.Assignment | flat.TupleAssignment) -> None:
+        if self.unset.conditions:
+            self.unset = self.unset.having({v.name for v in set_by(s)})
 
     def branch(self, s: flat.IfStatement) -> None:
         for i, (test, body) in enumerate(s.branches):
@@ -223,15 +238,13 @@ class Runner(Struct):
             self._split(condition).frames.append(_Body(body))
             self.frames.append(_Body((rest,)))
             return
-        path, before = self.path, dict(self.values)
-        self.path = self._on_path(condition)
-        self.run_body(body)
-        then, self.values = self.values, before
-        self.path = path
+        path, then = self.path, replace(self, values=dict(self.values))
+        then.path = self._on_path(condition)
+        then.run_body(body)
         self.path = self._on_path(self.scope.table.not_(condition))
         self.run_body((rest,))
         self.path = path
-        self._join(condition, then, self.values, rest.span)
+        self._meet(condition, then, rest.span)
 
     def loop_for(self, s: flat.ForStatement) -> None:
         if isinstance(s.range, flat.Range) and s.range.type.dims[0] is None:
@@ -272,7 +285,7 @@ class Runner(Struct):
                 with self.scope.model.undone_on_error():
                     self._unknown_branch(here, s.body, nothing)
             except OutsideArray as problem:
-                self.values, self.path = before.values, before.path
+                self.values, self.path, self.unset = before.values, before.path, before.unset
                 self.frames, self.forks = before.frames, before.forks
                 self._must_hold(t.not_(here), problem.diagnostics[0])
                 break
@@ -326,6 +339,8 @@ class Runner(Struct):
         found = scalar.assertion(here, s)
         if found.condition is not self.scope.table.true:
             self.scope.model.assertions.append(found)
+        if found.condition is self.scope.table.false and not found.warning:
+            self.unset = Unset(over=True)
 
     def refuse(self, s: flat.Statement) -> None:
         if isinstance(s, flat.Terminate | flat.Reinit):

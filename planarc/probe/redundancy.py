@@ -32,9 +32,9 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.core.source import NOWHERE
 from planarc.insight.askew import find_askew
+from planarc.insight.attachment import changes
 from planarc.insight.connectors import find_frames
 from planarc.ir.dae import MISFIT, Dae, Equation, Variable
-from planarc.ir.expr import Op, postorder
 from planarc.ir.flat import StateSelect
 from planarc.ir.mechanism import Mechanism
 from planarc.ir.places import own_part, point_home
@@ -74,8 +74,8 @@ def accept_redundancy(
 
 def _still(dae: Dae, mechanism: Mechanism, made: _Made) -> Iterator[Diagnostic]:
     """The warning that no motion is left, and nothing in the model changes with time."""
-    sharing, sides = made.program.sharing, (s for e in dae.equations for s in (e.left, e.right))
-    if made.program.state_count or dae.inputs or any(e.op in _CHANGING for e in postorder(sides)):
+    sharing = made.program.sharing
+    if made.program.state_count or dae.inputs or changes(dae):
         return
     held = [c.info.component for c in sharing.conditions] if sharing else []
     last = own_part(dae, [*held, *(j.name for j in mechanism.joints), ""][0])
@@ -90,8 +90,6 @@ def _still(dae: Dae, mechanism: Mechanism, made: _Made) -> Iterator[Diagnostic]:
 
 
 _MEANT = "a structure is meant, or a joint is missing"
-#: What lets an equation change while nothing moves freely.
-_CHANGING = (Op.TIME, Op.PRE, Op.EVENT, Op.PAST)
 
 
 class _Made(Data):

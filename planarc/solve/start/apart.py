@@ -19,6 +19,13 @@ from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages.text import Reader
 
 
+def unit_of(program: Program, info: EquationInfo) -> str:
+    """The unit of an equation that gives one variable a value; empty where it is not known."""
+    sides = () if isinstance(info.written, str) else info.written
+    names = {side.name for side in sides if side.is_symbol}
+    return next((c.unit for c in program.columns if c.name in names and c.unit), "")
+
+
 def squares_apart(program: Program, kernel: Kernel, info: EquationInfo) -> float | None:
     """The difference of the lengths whose squares an equation compares; None where it compares
     something else."""

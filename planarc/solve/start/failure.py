@@ -20,7 +20,7 @@ from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
-from planarc.solve.start.apart import squares_apart
+from planarc.solve.start.apart import squares_apart, unit_of
 from planarc.solve.start.contradiction import (
     Contradiction,
     contradicting,
@@ -28,6 +28,7 @@ from planarc.solve.start.contradiction import (
     fixed_starts,
 )
 from planarc.solve.start.held import Choice, places, weakness
+from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.refused import NotAssembled
 from planarc.solve.start.singular import dead_centre
 from planarc.solve.start.stage import solve_stage
@@ -54,7 +55,7 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
     import numpy as np
 
     if all(system(p) is None for p in places(u0)):
-        return not_evaluated(system, system.evaluate_flag(u0))
+        return _of_loops(system, u0, choice) or not_evaluated(system, system.evaluate_flag(u0))
     nothing = np.zeros(len(u0), dtype=bool)
     for rows, columns in system.stages:
         free = _best(system, u0, rows, columns, nothing)
@@ -73,6 +74,24 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
             return _not_reachable(system, u0, free, root, rows, columns, choice)
         u0 = root.point
     return _not_assembled(system, free, rows, columns, u0, choice, None)
+
+
+def _of_loops(system: System, u0: Vector, choice: Choice) -> PlanarcError | None:
+    """What is wrong with the loops, where forces and accelerations have no value at the guess."""
+    if system.program.mechanism is None or system.program.initial_residuals:
+        return None
+    loops = system.of_loops()
+    rows, columns = next(iter(loops.stages), ([], []))
+    root = solve_stage(loops, u0, rows, columns) if rows else None
+    if root is None or loops(root.point) is None:
+        return None
+    if not root.converged:
+        return _not_assembled(loops, root, rows, columns, u0, choice, None)
+    try:
+        refuse_redundancy(loops, root.point)
+    except PlanarcError as problem:
+        return problem
+    return None
 
 
 def _best(
@@ -281,7 +300,8 @@ def _at_home(
         if closed:
             system(root.point)  # the workspace is there now
             length = squares_apart(program, system.kernel, worst[0][1])
-            apart = off if length is None else f"{_off(length)} m"
+            unit = f" {unit_of(program, worst[0][1])}".rstrip()
+            apart = f"{off}{unit}" if length is None else f"{_off(length)} m"
             message += f": its ends stay {apart} apart"
         else:
             message += f": at best it is off by {off}"

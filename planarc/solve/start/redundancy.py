@@ -29,8 +29,10 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING
-from planarc.ir.places import owner, point_home
-from planarc.ir.program import BlockCode
+from planarc.core.prose import both
+from planarc.ir.mechanism import Joint
+from planarc.ir.places import own_names, owner, point_home
+from planarc.ir.program import BlockCode, Program
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System
 
@@ -155,7 +157,8 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
     chosen = [k for k, weight in enumerate(weights) if weight > PART]
     infos = [program.equations[block.equations[k]] for k in chosen]
     parts = [*_joints(system, i, block, chosen), *(e.component for e in infos)]
-    concerned = {joint.name for joint in loop_joints(program, parts)} or {*parts}
+    loop = loop_joints(program, parts)
+    concerned = {joint.name for joint in loop} or {*parts}
     last = next((p.name for p in reversed(program.parts) if p.name in concerned), parts[-1])
     found = Diagnostic(
         "R415",
@@ -163,12 +166,22 @@ def _redundant(system: System, i: int, block: BlockCode, weights: Vector) -> Pla
         "every position: joints or bars hold the same motion twice, and their forces are "
         "not determined",
         infos[0].span if infos else None,
-        hint="leave a parallel bar out, replace one of these joints by a freer one, or accept "
-        f"them with {ACCEPTING}",
+        hint=f"{_advice(program, loop)}, or accept them with {ACCEPTING}",
         related=tuple(Related(f"`{e.text}` depends on others", e.span) for e in infos[:_WORST]),
         mend=Accept(),
     )
     return Redundant(point_home(program, found, last))
+
+
+def _advice(program: Program, loop: Sequence[Joint]) -> str:
+    """What to do about joints that hold the same motion."""
+    names = own_names(program, (joint.name for joint in loop))
+    if len(names) == 2 and len({joint.links for joint in loop}) == 1:
+        return (
+            f"{both(names)} join the same two parts, which holds these together: leave one of the "
+            "two out, put a joint between parts that are connected without one"
+        )
+    return "leave a parallel bar out, replace one of these joints by a freer one"
 
 
 def _joints(system: System, i: int, block: BlockCode, chosen: Sequence[int]) -> list[str]:

@@ -15,6 +15,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
+from msgspec.structs import replace
+
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.once import once
@@ -64,6 +66,8 @@ class System:
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
         self._wanted = np.array([float(kernel.w[f.start]) for f in self.conditions])
+        #: Whether a place counts where forces and accelerations have no value.
+        self.forceless = False
         #: All derivatives at the last place where they were wanted, and of which variables.
         self._known: tuple[bytes, tuple[int, ...], Vector] | None = None
 
@@ -74,6 +78,13 @@ class System:
         return System(
             self.program, self.kernel, self.t, self.given, others, self.rescue, self.follow
         )
+
+    def of_loops(self) -> System:
+        """The loops alone, at any place, whatever forces and accelerations are there."""
+        bare = replace(self.program, fixed=(), initial_residuals=())
+        system = System(bare, self.kernel, self.t, self.given, rescue=self.rescue)
+        system.forceless = True
+        return system
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
@@ -127,7 +138,7 @@ class System:
             values = np.concatenate([self._r[: self.initial_rows.stop], [w[s] for s in asked]])
             if not np.isfinite(values).all():
                 return None
-        if not whole and abs(values).max(initial=0.0) > ASSEMBLED:
+        if not (whole or self.forceless) and abs(values).max(initial=0.0) > ASSEMBLED:
             return None
         if self._slots:
             values[self.fixed_rows.start : self.rows] -= self._wanted
