@@ -244,7 +244,8 @@ def _held_too_often(
     loop = None if twice else overheld(dae, mechanism)
     known = f"{found[0].hint};" if twice or (isinstance(first, Held) and not loop) else ""
     if loop is not None:
-        found = (Diagnostic(found[0].code, *loop),)
+        found = (Diagnostic(found[0].code, *loop[:2]),)
+        known = loop[2] or known
     hint = f"{known or _TOO_MANY} "
     hint += f"those that fit are accepted with {ACCEPTING}"
     told = (*found[0].related, Related(count_text(mechanism)))

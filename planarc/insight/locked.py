@@ -23,7 +23,7 @@ from itertools import combinations
 from planarc.core.diagnostic import Locked, Severity
 from planarc.core.prose import both, counted, listed
 from planarc.insight.connectors import grouped
-from planarc.insight.misfit import find_loop
+from planarc.insight.misfit import find_loop, find_pins
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, below, symbol_text
@@ -56,7 +56,7 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning about a bar with two joints of a loop at one end, and nothing at the other."""
     joints = {joint.name for joint in mechanism.joints}
     joined: dict[str, list[tuple[str, list[str]]]] = {}  # part -> its frame, what is joined to it
-    pins = _pins(dae, mechanism)
+    pins = find_pins(dae, mechanism)
     for names in dae.connections:
         for name in names:
             others = [owner(n) for n in names if _top(n) != _top(name)]
@@ -79,7 +79,7 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning about a slide in a loop of moving parts whose joints leave no motion among them:
     mostly both its ends are on one part. Loops through the ground may be supports, and those of
     pins alone may be trusses."""
-    pins = _pins(dae, mechanism)
+    pins = find_pins(dae, mechanism)
     for joint in mechanism.joints:
         if joint.conditions != _PAIR or joint.name in pins:
             continue
@@ -112,19 +112,6 @@ _PLANE = 3  # motions of a body in the plane
 def _top(name: str) -> str:
     """The component of the model itself."""
     return name.partition(".")[0]
-
-
-def _pins(dae: Dae, mechanism: Mechanism) -> set[str]:
-    """The joints that hold two frames at one point: with a slide at its end a bar has a length."""
-    points = {j.name: {f"{frame}.r[1]" for frame in j.frames} for j in mechanism.joints}
-    return {
-        e.component
-        for e in dae.equations
-        if e.component in points
-        and e.left.is_symbol
-        and e.right.is_symbol
-        and {e.left.name, e.right.name} == points[e.component]
-    }
 
 
 def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:

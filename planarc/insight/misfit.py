@@ -87,9 +87,23 @@ def part_of_others(dae: Dae) -> Diagnostic | None:
     )
 
 
-def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
+def find_pins(dae: Dae, mechanism: Mechanism) -> set[str]:
+    """The joints that hold two frames at one point: with a slide at its end a bar has a length."""
+    points = {j.name: {f"{frame}.r[1]" for frame in j.frames} for j in mechanism.joints}
+    return {
+        e.component
+        for e in dae.equations
+        if e.component in points
+        and e.left.is_symbol
+        and e.right.is_symbol
+        and {e.left.name, e.right.name} == points[e.component]
+    }
+
+
+def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:
     """A sentence about the smallest loop whose joints hold more than its parts can move, or about
-    all loops together, and the place of the last joint; None where these are not to blame."""
+    all loops together, the place of the last joint, and what to do about two pins of one part,
+    else nothing; None where these are not to blame."""
     loops = [
         found for joint in mechanism.joints if (found := find_loop(mechanism, joint)) is not None
     ]
@@ -104,10 +118,14 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None] | None:
             names = dict.fromkeys(joint.name.partition(".")[0] for joint in joints)
             parts = dict.fromkeys(mechanism.links[i].name.partition(".")[0] for i in links)
             last = [j.name for j in mechanism.joints if j in joints][-1]
+            two = len(names) == 2 and find_pins(dae, mechanism).issuperset(j.name for j in joints)
+            slide = "both hold the distance between them: put a slide (`Joints.Prismatic`) in line "
+            slide += "with one of them, or leave one out;"
             return (
                 f"{listed(f'`{n}`' for n in names)} hold {listed(f'`{n}`' for n in parts)} too "
                 f"often: they take {held} motions away, and there are only {free}",
                 place(dae, last.partition(".")[0]),
+                slide if two else "",
             )
     return None
 

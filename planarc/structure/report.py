@@ -296,6 +296,11 @@ def _over(
     what = "these equations or connections"
     message = f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
     message += f"({unknowns}): {surplus} too many"
+    drives = [n for n in owners if n in dae.drives]
+    if len(drives) > 1:  # what else there is carries their motion on
+        passing = listed(f"`{n}`" for n in owners if n not in drives)
+        owners = drives
+        unknowns += f", by way of {passing}" if passing else ""
     if 2 <= len(owners) <= 4:
         parts, what = listed(f"`{n}`" for n in owners), "them"
         message = f"{parts} {'both' if len(owners) == 2 else 'all'} decide {unknowns}"

@@ -140,7 +140,8 @@ def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnos
             f"`sample({start:g}, {interval:g})` never becomes true: its interval is not positive",
             span,
             Severity.WARNING,
-            hint="give `sample` an interval greater than zero",
+            hint="give `sample` an interval greater than zero"
+            + (f": the start comes first, `sample(0, {start:g})`" if start > 0 else ""),
         )
     return Diagnostic(
         "R434",

@@ -12,7 +12,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import owner, point_home
+from planarc.ir.places import own_part, owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
@@ -22,6 +22,7 @@ from planarc.solve.messages.loops import (
     given_in_loop,
     is_closed,
     joints_of,
+    lengths_in_loop,
     loop_names,
 )
 from planarc.solve.solvers.integrator import Cause
@@ -289,14 +290,26 @@ def _block(
         message += f" with {given}" if given else ""
         found = replace(found, message=message, hint=advice)
     elif around and program.blocks[block].height:
-        speed = given_in_loop(program, kernel, _parts_of_loop(program, block), SPEEDS)
-        message = f"{place} the loop of {around} cannot be closed any further with {speed}"
-        advice = (
-            "it is jammed here, as its parts do not reach where this leads: end the run before, "
-        )
-        advice += "or change lengths"
-        found = replace(found, message=message, hint=place.hint(advice)) if speed else found
+        parts = _parts_of_loop(program, block)
+        if speed := given_in_loop(program, kernel, parts, SPEEDS):
+            message = f"{place} the loop of {around} cannot be closed any further with {speed}"
+            found = replace(found, message=message)
+            found = _jammed(found, program, lengths_in_loop(program, kernel, parts))
     return point_home(program, found, worst[0][1].component if worst else "")
+
+
+def _jammed(
+    found: trouble.Unsolved, program: Program, lengths: Mapping[str, float]
+) -> trouble.Unsolved:
+    """The message of a loop that its drive leads to where it cannot be closed, at the shortest of
+    its bars."""
+    shortest = min(lengths, key=lambda name: lengths[name], default="")
+    told = listed(f"`{name}` over {length:.4g} m" for name, length in lengths.items())
+    part = own_part(program, shortest)
+    hint = "it is jammed here, as its parts do not reach where this leads"
+    hint += f", {told}" if told else ""
+    hint += ": end the run before, or change lengths"
+    return replace(found, span=part.span if part else found.span, hint=hint)
 
 
 def unsolved_block(program: Program, block: int) -> str:

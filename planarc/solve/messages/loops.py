@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
+from itertools import combinations
 
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
@@ -75,6 +77,25 @@ def given_in_loop(
             value = column.sign * float(kernel.w[column.slot])
             told.append(f"`{name}` = {value:.4g}, which `{own[0]}` gives")
     return listed(told)
+
+
+def lengths_in_loop(
+    program: Program, kernel: Kernel, components: Collection[str]
+) -> dict[str, float]:
+    """How far a loop's bars reach from joint to joint at the workspace's point, in metres."""
+    mechanism, joints = program.mechanism, loop_joints(program, components)
+    at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+    frames = {frame for joint in joints for frame in joint.frames}
+    found: dict[str, float] = {}
+    for link in mechanism.links[1:] if mechanism else ():
+        ends = [f for f in link.frames if f in frames and f"{f}.r[2]" in at]
+        points = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in ends]
+        length = max((math.dist(*pair) for pair in combinations(points, 2)), default=0.0)
+        bars = own_names(program, _bars(link))
+        bars = [b for b in bars if b not in own_names(program, (j.name for j in joints))]
+        if bars and length > 0:
+            found[bars[0]] = length
+    return found
 
 
 def is_closed(program: Program, components: Collection[str]) -> bool:

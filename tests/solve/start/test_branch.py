@@ -165,7 +165,7 @@ def test_tries_that_all_miss_by_as_much_are_enough(monkeypatch: pytest.MonkeyPat
     solved, nearest = branch._Level.solve, branch.nearest_root
     monkeypatch.setattr(branch._Level, "solve", counted)
     monkeypatch.setattr("planarc.solve.start.assembly.nearest_root", begun)
-    with pytest.raises(planarc.PlanarcError, match=r"R412.*its ends stay 0\.2 apart"):
+    with pytest.raises(planarc.PlanarcError, match=r"R412.*its ends stay 0\.2 m apart"):
         planarc.load(ROPE.format(far=0.8)).simulate(0)
     assert max(calls) == branch.ENOUGH
     assert planarc.load(ROPE.format(far=0.5)).simulate(0).ended is None
