@@ -82,19 +82,23 @@ def given_in_loop(
 def lengths_in_loop(
     program: Program, kernel: Kernel, components: Collection[str]
 ) -> dict[str, float]:
-    """How far a loop's bars reach from joint to joint at the workspace's point, in metres."""
+    """How far a loop's bars, and joints that are bars, reach at the workspace's point, in metres:
+    from joint to joint."""
     mechanism, joints = program.mechanism, loop_joints(program, components)
     at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
     frames = {frame for joint in joints for frame in joint.frames}
-    found: dict[str, float] = {}
+    names = own_names(program, (joint.name for joint in joints))
+    reaching: dict[str, Iterable[str]] = {j.name: j.frames for j in joints if j.count > 1}
     for link in mechanism.links[1:] if mechanism else ():
-        ends = [f for f in link.frames if f in frames and f"{f}.r[2]" in at]
-        points = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in ends]
+        bars = [b for b in own_names(program, _bars(link)) if b not in names]
+        reaching |= {b: frames.intersection(link.frames) for b in bars[:1]}
+    found: dict[str, float] = {}
+    for name, ends in reaching.items():
+        known = (f for f in ends if f"{f}.r[2]" in at)
+        points = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in known]
         length = max((math.dist(*pair) for pair in combinations(points, 2)), default=0.0)
-        bars = own_names(program, _bars(link))
-        bars = [b for b in bars if b not in own_names(program, (j.name for j in joints))]
-        if bars and length > 0:
-            found[bars[0]] = length
+        if length > 0:
+            found[name] = length
     return found
 
 

@@ -181,7 +181,7 @@ def test_no_solver_leaps_over_a_jam(solver: str, stopped: Stopped) -> None:
     reach = np.arccos((1 + 0.5**2 - 1.4**2) / (2 * 0.5)) / 2
     assert diagnostic.code == "R422"
     assert "`rod`" in diagnostic.message
-    assert "`rod` over 0.8 m" in str(diagnostic.hint)
+    assert "`crank` over 0.5 m" in str(diagnostic.hint)
     assert run.time[-1] == pytest.approx(reach, abs=0.02)
     reached = (run["rod.d[1]"] ** 2 + run["rod.d[2]"] ** 2) ** 0.5
     assert reached == pytest.approx(0.8, abs=1e-6)
