@@ -39,9 +39,12 @@ def assertion_diagnostic(
     here, is_given = "the assertion stands here", assertion.given is not NOWHERE
     if is_given and isinstance(model, Program) and kernel is not None:
         is_given = not any(_changes(model, kernel, assertion))
+    told = f"assertion failed{when}{place}: {message}"
+    if not assertion.span.text.startswith("assert"):  # the compiler's own
+        told = f"{when.removeprefix(' ')}{place} {message}".strip()
     found = Diagnostic(
         "R430",
-        f"assertion failed{when}{place}: {message}",
+        told,
         assertion.given if is_given else assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
         related=(
