@@ -4,7 +4,7 @@ In:   FlatModel, an assertion on parameters alone
 Out:  the place of that value; NOWHERE where there are several, or none
 
 Example: of `Polygon contour1(vertices=corners)` the assertion asks `hollow`, which follows from
-`vertices` inside of the library: the place is that of `corners`.
+`vertices` inside of the library: the place is that of the value of `corners`.
 """
 
 from __future__ import annotations
@@ -37,12 +37,23 @@ class Given(Struct, dict=True):
             if binding is None:
                 continue
             if is_own(self.source, binding.span):
-                places[name] = binding.span
+                places[name] = self._origin(binding).span
                 continue
             inner = names_in((binding,)) - seen
             names += inner
             seen |= inner
         return next(iter(places.values())) if len(places) == 1 else NOWHERE
+
+    def _origin(self, value: flat.Expression) -> flat.Expression:
+        """The value of the parameter that a value names, where that is written in the text."""
+        while isinstance(value, flat.Reference) and not value.subscripts:
+            named = self._variables.get(value.name)
+            if named is None or named.binding is None:
+                break
+            if not is_own(self.source, named.binding.span):
+                break
+            value = named.binding
+        return value
 
     @cached_property
     def _variables(self) -> dict[str, flat.Variable]:

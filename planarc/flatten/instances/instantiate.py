@@ -14,6 +14,8 @@ Reference: Modelica Language Specification 3.6, sections 4.4, 5.6 and 10.1.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import suppress
 from itertools import product
 from math import prod
 
@@ -26,6 +28,7 @@ from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge, subscript
 from planarc.flatten.tree.naming import member_names, not_modifiable
 from planarc.flatten.tree.nodes import (
+    CONNECTOR_KINDS,
     Absent,
     Class,
     Element,
@@ -292,11 +295,22 @@ def check_modifier(instance: Instance) -> None:
     for_each(instance.mod.subs.items(), lambda sub: _check_modified(instance, *sub))
 
 
+def _holders(instance: Instance, name: str) -> Iterator[str]:
+    """The components of an instance, but for its connectors, that have an element of a name."""
+    for own, (index, d) in instance.layout.members.items():
+        if isinstance(d, syntax.Component) and not (d.prefixes.protected or d.prefixes.outer):
+            with suppress(PlanarcError):
+                cls = lookup.find_class(instance.scope(index), d.type)
+                if cls.definition.kind not in CONNECTOR_KINDS and name in layout_of(cls).members:
+                    yield own
+
+
 def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
     members = instance.layout.members
     if name not in members:
         if lookup.member(instance, name) is None:
-            raise not_modifiable(instance.cls.name, name, mod.span, members)
+            holders = tuple(_holders(instance, name))
+            raise not_modifiable(instance.cls.name, name, mod.span, members, holders)
         return
     index, definition = members[name]
     if mod.span is None or not (

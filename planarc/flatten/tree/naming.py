@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
@@ -152,7 +152,10 @@ def _switch(slot: tuple[int, syntax.Declaration] | None) -> str | None:
     return str(condition) if isinstance(condition, syntax.Ref) else None
 
 
-def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -> PlanarcError:
+def not_modifiable(
+    owner: str, name: str, span: Span | None, members: Members, holders: Sequence[str] = ()
+) -> PlanarcError:
+    """The error of a modifier of what a class does not have; `holders` are components that do."""
     message = f"`{owner}` has no element `{name}` to modify"
     beside = span and re.search(r"(\w+)\s*\([^()]*\)\s*,\s*$", span.source.text[: span.start])
     if name in _OF_VARIABLES and beside and beside[1] in members:
@@ -165,9 +168,16 @@ def not_modifiable(owner: str, name: str, span: Span | None, members: Members) -
         value = number[1].strip()
         told = f"write `{meant}(start={value}, fixed=true)` for a value at the start"
         return error("F222", message, span, hint=told)
+    if holders and not near:
+        rest = span.text[len(name) :] if span and span.text.startswith(name) else "(...)"
+        written = " or ".join(f"`{h}({name}{rest})`" for h in holders[:_MOST_HOLDERS])
+        return error("F222", message, span, hint=f"its parts have that: write {written}")
     values = span is None or re.search(r"\b(start|fixed)\s*=", span.text) is None
     hint = near or _offered(members, values)
     return error("F222", message, span, hint=hint)
+
+
+_MOST_HOLDERS = 2
 
 
 def _started(name: str, members: Members) -> str | None:

@@ -210,6 +210,8 @@ def contradicting(
             return locked
     against = [i for i in worst if is_own(program, i.span)][:1]
     what = f"`{against[0].text}`" if against else "the equations"
+    if not (against or others or more) and (beside := _beside(program, first)):
+        what += f" of {trouble.names(beside)}"
     notes = [
         (f"`{s.start_name}` is fixed here", declaration(program, s.start_name, s.span))
         for s in (*others, *more)
@@ -264,6 +266,15 @@ def _locked(
             Related(f"`{n}` moves here", declaration(program, f"{n}.x", NOWHERE)) for n in names
         ),
     )
+
+
+def _beside(program: Program, held: CandidateSlot | FixedSlot) -> list[str]:
+    """The parts beside the mechanism that know a variable by a name of their own, as motors do."""
+    mechanism = program.mechanism
+    frames = {f for link in mechanism.links for f in link.frames} if mechanism else set()
+    inside = own_names(program, map(owner, frames))
+    same = (owner(c.name) for c in program.columns if c.slot == held.slot)
+    return [n for n in own_names(program, same) if n not in (*inside, owner(held.start_name))]
 
 
 def _hidden_drive(program: Program, held: CandidateSlot | FixedSlot) -> str:
