@@ -221,10 +221,14 @@ def import_target(
         if near is None and package and 0 < len(inside) <= _LISTED:
             near = f"`{package}` holds {both(inside)}"
         message = f"`{'.'.join(path)}` cannot be imported: `{done}` does not exist"
-        folder = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
+        folder: str | None = None
+        if package:
+            folder = naming.left_out(owner)
+        else:
+            folder = f"give the folder that holds `{name}` with `--library`, or in MODELICAPATH"
         if done == "Modelica.Mechanics.MultiBody":
             raise naming.spatial(message, span)
-        raise error("F210", message, span, hint=near or (None if package else folder))
+        raise error("F210", message, span, hint=near or folder)
     return element
 
 

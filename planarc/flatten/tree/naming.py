@@ -9,6 +9,7 @@ from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import either, shortened, ticked
+from planarc.core.resources import stdlib
 from planarc.core.source import Span
 from planarc.flatten.library.library import Library
 from planarc.flatten.tree import predefined
@@ -115,6 +116,20 @@ def spatial(message: str, span: Span) -> PlanarcError:
     return PlanarcError(Once("F213", message, span, hint=hint, kind="MultiBody"))
 
 
+def left_out(cls: Class) -> str | None:
+    """What to do about a class of another library of which planarc brings a part along."""
+    path = cls.definition.span.source.path
+    if cls.name.partition(".")[0] != _PARTLY or path is None or not path.is_relative_to(stdlib()):
+        return None
+    return (
+        f"planarc brings the part of `{_PARTLY}` along that mechanics in the plane needs: give the "
+        "folder of the whole library with `--library`, or in MODELICAPATH"
+    )
+
+
+_PARTLY = "Modelica"
+
+
 def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
     message = f"`{cls.name}` has no element `{name}`"
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
@@ -124,7 +139,7 @@ def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
         return PlanarcError(Once("F213", message, span, hint=reason, kind=reason))
     near = did_you_mean(name, member_names(instance))
     hint = said(near or _offered(instance.layout.members, False))
-    hint = hint or _elsewhere(instance.session.library, name)
+    hint = hint or _elsewhere(instance.session.library, name) or left_out(cls)
     if hint is None and 0 < len(inside := member_names(instance)) <= _MOST_OFFERED:
         hint = f"it holds {either(inside)}"
     if near is not None and (switch := _switch(instance.layout.members.get(near.names[0]))):
