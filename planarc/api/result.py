@@ -379,6 +379,11 @@ class Result:
         point or a layer, UsageError for an ending (V701) or a time (V703) that cannot be.
         """
         if path is None:
+            moved = {"begin": begin, "end": end, "at": at, "speed": speed, "dark": dark}
+            drawn = {"traces": traces, "layers": layers}
+            for name in (n for n, v in (moved | drawn).items() if v not in (None, (), "")):
+                hint = f'name one, as `animate("run.svg", {name}=...)`'
+                raise usage_error("V701", f"`{name}` belongs to a picture in a file", hint=hint)
             return Page(self._page(curves))
         from planarc.view.picture.make import PictureOptions, write_picture
         from planarc.view.picture.motion import When

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
@@ -215,7 +215,7 @@ def _elements(
         stack.extend(((*at, i), part) for i, part in enumerate(item, 1))
     if found.keys() != elements.keys():
         names = list(elements.values())
-        raise _shape(name, f"{len(names)} numbers, {names[0]} to {names[-1]}", value)
+        raise _shape(name, f"{len(names)} numbers, `{names[0]}` to `{names[-1]}`", value)
     return [(n, found[at]) for at, n in elements.items()]
 
 
@@ -227,8 +227,10 @@ def _is_sequence(value: Any) -> bool:
 
 def _shape(name: str, wanted: str, value: Any) -> UsageError:
     given = getattr(value, "shape", None)
-    what = f"of shape {given}" if given is not None else f"{value!r:.60}"
-    return usage_error("C203", f"`{name}` takes {wanted}, not a value {what}")
+    what = f"a value of shape {given}" if given is not None else f"{value!r:.60}"
+    if given is None and isinstance(value, Sized) and not isinstance(value, str | bytes):
+        what = f"{len(value)}: {what}"
+    return usage_error("C203", f"`{name}` takes {wanted}, not {what}")
 
 
 def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> float:
