@@ -199,8 +199,9 @@ def attachment_warnings(
 ) -> tuple[Diagnostic, ...]:
     """What a user may not have meant: parts that float, that change nothing, and that are held."""
     from planarc.insight.idle import idle_between_flanges
+    from planarc.insight.signals import find_misread
 
-    told = (*idle_between_flanges(dae), *(() if held is None else (held,)))
+    told = (*idle_between_flanges(dae), *find_misread(dae), *(() if held is None else (held,)))
     if mechanism is None:
         return told
     from planarc.insight.attachment import attachment_warnings as find
