@@ -4,7 +4,7 @@ In:   Dae, Misfit
 Out:  Diagnostics that name equations, unknowns and their lines
 
 What a user means by equations too many has many forms. Each is told by a function of its own, and
-the first that fits counts.
+the first that fits counts. The file is long because these forms are many.
 
 Example: `motor.tau = 5` and `hinge.w = 2` decide the same unknowns: 1 equation too many.
 """
@@ -58,6 +58,7 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         or _given_what_moves(dae, misfit.rivals)
         or _moved_parameter(dae, misfit.rivals)
         or _given_elsewhere(dae, misfit)
+        or _assigned_apart(misfit)
         or _added_up(misfit)
         or _surplus(dae, misfit)
     )
@@ -93,6 +94,25 @@ def _named(equation: Equation) -> str:
 
 def _written(equation: Equation) -> str:
     return " ".join(equation.span.text.split())
+
+
+def _assigned_apart(misfit: Misfit) -> Diagnostic | None:
+    """The message about a variable that several algorithms assign: each gives it one value."""
+    places: dict[str, list[Span]] = {}
+    for equation in misfit.rivals:
+        if equation.left.is_symbol and equation.span.text.startswith("algorithm"):
+            places.setdefault(equation.left.name, []).append(equation.span)
+    for name, (*others, last) in places.items():
+        if others:
+            return Diagnostic(
+                "S302",
+                f"`{name}` is assigned in {counted(len(others) + 1, 'algorithm')}, each of which "
+                "gives it a value of its own",
+                last,
+                hint="put all that assigns it into one `algorithm`",
+                related=tuple(Related("it is assigned here, too", span) for span in others),
+            )
+    return None
 
 
 def _added_up(misfit: Misfit) -> Diagnostic | None:

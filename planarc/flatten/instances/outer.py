@@ -141,7 +141,8 @@ def _is_taken(root: Instance, name: str) -> bool:
 
 
 def _missing(element: Element, definition: syntax.Component, root: Instance) -> PlanarcError:
-    inner = f"inner {definition.type} {element.name};"
+    variability = definition.variability.value
+    inner = f"inner {variability} {definition.type} {element.name};".replace("  ", " ")
     asked = (Related("it is asked for here", definition.span),)
     if _is_taken(root, element.name):
         message = (
@@ -152,6 +153,8 @@ def _missing(element: Element, definition: syntax.Component, root: Instance) -> 
         return error("F261", message, place, hint=hint, related=asked, mend=MakeInner())
     message = f"no `{inner[:-1]}` is declared, which a part of the model asks for"
     hint, place = f"declare `{inner}` in `{root.cls.name}`", root.cls.definition.name_span
+    if variability in ("parameter", "constant"):
+        hint += ", with a value"
     return error("F261", message, place, hint=hint, related=asked, mend=Declare(inner))
 
 

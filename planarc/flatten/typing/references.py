@@ -216,7 +216,8 @@ def _entered(element: Element, part: syntax.RefPart, ref: syntax.Ref, env: Env) 
 def absent_error(view: Absent, span: Span) -> NotThere:
     declared = Related("declared here", view.element.definition.span)
     message = f"`{view.name}` does not exist: its condition is false"
-    return NotThere(Diagnostic("F215", message, span, related=(declared,)))
+    hint = "only a connection may name it, which is then left out: switch it on, or do without it"
+    return NotThere(Diagnostic("F215", message, span, hint=hint, related=(declared,)))
 
 
 # Subscripts --------------------------------------------------------------------------------------
