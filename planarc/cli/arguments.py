@@ -100,7 +100,9 @@ def seconds(text: str) -> float:
 
         found = in_unit("time", text, "s")
         if found is None:
-            raise ValueError(f"`{text}` is no time") from None
+            name, equals, value = text.partition("=")
+            meant = f", a start value is `--set {name}.start={value}`" if equals else ""
+            raise ValueError(f"`{text}` is no time{meant}") from None
         return found
 
 

@@ -96,9 +96,8 @@ def read_values(name: str, text: str) -> list[Given]:
 def _read(item: str) -> Setting:
     name, sign, text = (part.strip() for part in item.partition("="))
     if not (name and sign and text):
-        raise usage_error(
-            "C110", f"`--set {item}` is no NAME=VALUE", hint="write `--set rod.L=0.5`"
-        )
+        hint = f"write `--set {name or 'rod.L'}=0.5`"
+        raise usage_error("C110", f"`--set {item}` is no NAME=VALUE", hint=hint)
     return Setting(name, _value(name, text))
 
 

@@ -83,6 +83,8 @@ def sweep(
         csv_destination(output)
     if report is not None:
         report_destination(report)
+    if not vary and class_name and "=" in class_name:
+        raise usage_error("C255", "nothing is varied", hint=f'write `--vary "{class_name}"`')
     points = _points(vary or [], random, latin, seed)
     model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)

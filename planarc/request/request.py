@@ -221,6 +221,12 @@ def _several(
     )
 
 
+def _is_unit(text: str) -> bool:
+    from planarc.core.unit import parse
+
+    return text != "1" and parse(text) is not None
+
+
 def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     from planarc.core.nearest import did_you_mean
 
@@ -235,6 +241,15 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     if wanted in _OF_TIME:
         hint = "times are in seconds without a unit, as in `--stop 10`; a unit stands in one word "
         hint += "with its number, as in `--stop 10s`"
+        return _usage("C103", f"there is no class `{wanted}`", hint)
+    if wanted.endswith(tuple(SUFFIXES)):
+        hint = "a command takes one file: run it once for each"
+        return _usage("C103", f"there is no class `{wanted}`", hint)
+    if "=" in wanted:
+        hint = f'an option takes this: `--set "{wanted}"`, or of a sweep `--vary "{wanted}"`'
+        return _usage("C103", f"there is no class `{wanted}`", hint)
+    if _is_unit(wanted):
+        hint = f'a value and its unit are one word: `2{wanted}`, or in quotes `"x=2 {wanted}"`'
         return _usage("C103", f"there is no class `{wanted}`", hint)
     files = [f for ending in SUFFIXES if (f := Path(f"{wanted}{ending}")).is_file()]
     if files:
