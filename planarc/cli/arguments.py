@@ -101,7 +101,11 @@ def seconds(text: str) -> float:
         found = in_unit("time", text, "s")
         if found is None:
             name, equals, value = text.partition("=")
-            meant = f", a start value is `--set {name}.start={value}`" if equals else ""
+            meant = (
+                f", a start value is `--set {name.removesuffix('.start')}.start={value}`"
+                if equals
+                else ""
+            )
             raise ValueError(f"`{text}` is no time{meant}") from None
         return found
 
