@@ -48,6 +48,9 @@ Sides: TypeAlias = "tuple[flat.Expression | str | None, flat.Expression | str | 
 _PLAIN = (*NUMBER, 0.0)
 _SAME_SCALE = 1e-9  # difference of logarithms
 
+#: What is mostly forgotten, or too many, in a product.
+_FACTORS = {"m": "a length", "s": "a time or a `der`", "kg": "a mass", "m/s2": "gravity"}
+
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
 
@@ -81,6 +84,10 @@ class Checker(Struct):
             if abs(_scale(b)) < _SAME_SCALE:
                 power, given = -power, first
             hint = f"nothing converts units: multiply what is in `{given}` by {10**power:.6g}"
+        else:
+            ratios = (unit.unit_text(r[:-1]) for r in (unit.divide(a, b), unit.divide(b, a)))
+            found = next((r for r in ratios if r in _FACTORS), None)
+            hint = found and f"they differ by a factor in `{found}`: look for {_FACTORS[found]}"
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 
