@@ -34,6 +34,7 @@ from planarc.flatten.checks.connectors import Lopsided, check_connectors
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
+from planarc.flatten.checks.slips import find_slips
 from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.connect.expand import check_absent, is_expandable
@@ -132,6 +133,7 @@ def _compare_units(
     model: flat.FlatModel, distinct: flat.FlatModel, units: UnitCheck, session: Session
 ) -> None:
     files = session.library.user_files() | {model.span.source.name}
+    session.warnings += find_slips(model, files, distinct)
     differing = check_units(model, files, distinct)
     if units is UnitCheck.ERROR:
         session.errors += [replace(d, severity=Severity.ERROR) for d in differing]

@@ -186,8 +186,15 @@ def expect_scalar(
     if value.type.base not in bases or value.type.dims:
         wanted = " or ".join(b.value for b in bases)
         message = f"{what} must be of type {wanted}, but is {type_text(value.type)}"
-        raise error("F270", message, value.span)
+        hint, number = None, value.type.base in (flat.Base.REAL, flat.Base.INTEGER)
+        if bases == (flat.Base.BOOLEAN,) and number and not value.type.dims:
+            hint = f"compare it with a number, as in `{_in_line(value.span)} > 0`"
+        raise error("F270", message, value.span, hint=hint)
     return value
+
+
+def _in_line(span: Span) -> str:
+    return " ".join(span.text.split())
 
 
 def unify_dims(left: flat.Dims, right: flat.Dims) -> flat.Dims:

@@ -77,7 +77,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         or (f"{locked.message}; {locked.hint}" if locked else None)
         or row
         or (f"`{massless}` is 0: give it a value" if massless else None)
-        or _advice(program, tried, program.blocks[block].linear),
+        or _advice(program, every, tried, program.blocks[block].linear),
         related=trouble.related(worst),
     )
     return NotEvaluated(point_home(program, found, home))
@@ -156,8 +156,13 @@ def _massless(system: System, block: int) -> str | None:
     return next((n for n in found if not n.endswith("]")), None)  # entries of vectors are lengths
 
 
-def _advice(program: Program, tried: Account | None, linear: bool) -> str:
-    if program.mechanism is not None:
+def _advice(
+    program: Program, infos: Sequence[EquationInfo], tried: Account | None, linear: bool
+) -> str:
+    mechanism = program.mechanism
+    links = mechanism.links if mechanism else ()
+    moving = {owner(frame) for link in links for frame in link.frames}
+    if not moving.isdisjoint(info.component for info in infos):
         return (
             "look for a part without mass that nothing holds, a joint that constrains what "
             "another one constrains already, or a stretched (singular) position"
