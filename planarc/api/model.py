@@ -89,6 +89,9 @@ class Model(Loaded):
             if name in ("sweep", "Study"):
                 message = "`Model` has no attribute `{}`, planarc has: write `planarc.sweep(model, "
                 raise AttributeError(message.format(name) + '{"crank.m": [1, 2, 3]})`')
+            if name.lower().startswith("set"):
+                message = f"`Model` has no attribute `{name}`, it never changes: give a run other "
+                raise AttributeError(f'{message}values, `simulate(parameters={{"crank.m": 2}})`')
             inside = () if name[0] == "_" else self.parameters
             found = next((p for p in inside if p == name or p.startswith(f"{name}.")), None)
             if found is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.prose import shortened
-from planarc.core.unknown import refuse_unknown
+from planarc.core.unknown import refuse_unknown, unknown_attribute
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 
@@ -66,6 +66,15 @@ class Names(Mapping[str, Item], Generic[Item]):
     def __getitem__(self, name: str) -> Item:
         refuse_unknown(self._kind, (name,), self._items)
         return self._items[name]
+
+    if not TYPE_CHECKING:  # whoever checks types is told of wrong names by their checker
+
+        def __getattr__(self, name: str) -> Any:
+            """Raises AttributeError, with the item of that name or of such a part."""
+            problem = unknown_attribute(self, name)
+            inside = () if name[0] == "_" else self._items
+            found = next((n for n in inside if n == name or n.startswith(f"{name}.")), None)
+            raise problem if found is None else AttributeError(f'{problem}: write `["{found}"]`')
 
     def __setitem__(self, name: str, value: object) -> None:
         refuse_unknown(self._kind, (name,), self._items)

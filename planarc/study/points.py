@@ -31,7 +31,9 @@ def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     axes: list[list[Any]] = []
     for name, axis in values.items():
         if isinstance(axis, str | bytes) or not hasattr(axis, "__iter__"):
-            raise usage_error("C230", f"`{name}` takes a sequence of values, not {axis!r:.40}")
+            hint = "write a list of values, or `numpy.linspace(0.1, 0.5, 9)`"
+            message = f"`{name}` takes a sequence of values, not {axis!r:.40}"
+            raise usage_error("C230", message, hint=hint)
         items = axis.tolist() if hasattr(axis, "tolist") else list(axis)
         if not items:
             raise usage_error("C239", f"`{name}` has no values")

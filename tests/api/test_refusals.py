@@ -108,6 +108,12 @@ def test_names_of_the_interface_that_are_not_there_name_those_that_are() -> None
         _ = model.plot
     with pytest.raises(AttributeError, match=r"read `model.parameters\[.m.k.\]`"):
         planarc.load("model A model M parameter Real k = 1; end M; M m; end A;").m.k = 2
+    with pytest.raises(AttributeError, match=r"no attribute `m`: write `\[.m.k.\]`"):
+        _ = planarc.load("model A model M parameter Real k = 1; end M; M m; end A;").parameters.m
+    with pytest.raises(AttributeError, match=r"never changes: .* `simulate\(parameters="):
+        model.set_parameter("m", 2)
+    with pytest.raises(UsageError, match=r"numpy\.linspace"):
+        planarc.sweep(model, {"m": "1:5"})
     with pytest.raises(UsageError, match="takes `stop_time` without a name"):
         model.simulate(0, 10)  # type: ignore[misc]
     with pytest.raises(UsageError, match="a text, not int"):
