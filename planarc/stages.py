@@ -217,7 +217,13 @@ def _held_too_often(
     if mechanism is None:
         return tuple(found)
     from planarc.insight.askew import find_askew
-    from planarc.insight.misfit import held_twice, overdriven, overheld, rigid_ring
+    from planarc.insight.misfit import (
+        held_beside,
+        held_twice,
+        overdriven,
+        overheld,
+        rigid_ring,
+    )
     from planarc.structure.report import Held, Overdone, Repeated
 
     first = found[0]
@@ -242,8 +248,11 @@ def _held_too_often(
         return (Diagnostic(first.code, *drives[:2], hint=drives[2]),) if drives else tuple(found)
     from planarc.insight.facts import count_text
 
-    loop = None if twice else overheld(dae, mechanism)
-    known = f"{found[0].hint};" if twice or (isinstance(first, Held) and not loop) else ""
+    beside = held_beside(dae, mechanism, first.span) if isinstance(first, Held) else None
+    if beside is not None:
+        found = (replace(first, message=beside[0], span=beside[1], hint=beside[2]), *found[1:])
+    loop = None if twice or beside else overheld(dae, mechanism)
+    known = f"{found[0].hint};" if twice or beside or (isinstance(first, Held) and not loop) else ""
     if loop is not None:
         found = (Diagnostic(found[0].code, *loop[:2]),)
         known = loop[2] or known

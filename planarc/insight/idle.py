@@ -40,9 +40,17 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
     yield from _ends_together(dae, link_of)
     yield from _free_beside_joints(dae, mechanism, link_of)
-    yield from _inside_links(dae, mechanism, link_of)
+    inside, spare = [*_inside_links(dae, mechanism, link_of)], [*_spare(dae, mechanism)]
+    if len(inside) == len(spare) == 1:  # one of its ends was to be there
+        (idle,), (ground,) = inside, spare
+        hint = f"{idle.hint}, such as {ground.message.partition(' ')[0]}"
+        inside, spare = (
+            [replace(idle, hint=hint, related=(Related(ground.message, ground.span),))],
+            [],
+        )
+    yield from inside
     yield from _on_one_point(dae, mechanism)
-    yield from _spare(dae, mechanism)
+    yield from spare
 
 
 def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:

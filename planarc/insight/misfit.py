@@ -208,6 +208,29 @@ def held_twice(
     )
 
 
+def held_beside(
+    dae: Dae, mechanism: Mechanism, place: Span | None
+) -> tuple[str, Span | None, str] | None:
+    """A sentence about a joint of several links, declared in a place, and others between two of
+    these, as hinges of wheels that a gear carries already; the place of the last of them, and what
+    to do."""
+    parts = {p.name: p for p in dae.parts}
+    own = next(
+        (j for j in mechanism.joints if j.name in parts and parts[j.name].span == place), None
+    )
+    if own is None or len(own.links) < 3:
+        return None
+    others = [
+        j for j in mechanism.joints if j is not own and len({*j.links}.intersection(own.links)) > 1
+    ]
+    names = own_names(dae, (j.name for j in others))
+    if not names or any(len(j.links) > 2 for j in others):
+        return None
+    shown, last = listed(f"`{name}`" for name in names), parts.get(names[-1])
+    message = f"{shown} {'holds' if len(names) == 1 else 'hold'} what `{own.name}` holds already"
+    return message, last.span if last else place, f"leave {shown} out"
+
+
 def find_loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
     """The joints of the shortest loop through one of them; None where it is in no loop."""
     if len(closing.links) != 2:

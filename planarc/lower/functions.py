@@ -174,7 +174,10 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     with scope.model.undone_on_error():
         for variable in (*function.outputs, *function.locals):
             runner.declare(variable)
-        runner.run_body(function.body)
+        try:
+            runner.run_body(function.body)
+        except OutsideArray as problem:
+            raise runner.outside(problem) from None
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
         message = f"function `{function.name}` gives its output `{missing[0]}` no value"

@@ -9,7 +9,8 @@ to the end by itself, with its own values, and the ends are joined. So a search
 through a table of n entries, `while x > table[i] loop i := i + 1; end while;`,
 becomes a choice between n results.
 
-Serves functions (`functions`) and the algorithm sections of models (`algorithms`).
+Serves functions (`functions`) and the algorithm sections of models (`algorithms`). The file is long
+because the ways of a run are split and joined by all kinds of statements.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related, error
+from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
@@ -198,6 +200,18 @@ class Runner(Struct):
                 related=(Related("called here", self.span),),
             )
         )
+
+    def outside(self, problem: OutsideArray) -> OutsideArray:
+        """The error of a subscript, with the turn of the loops in which it stands, and the call."""
+        found = problem.diagnostics[0]
+        if found.related:  # told by a call inside of this one
+            return problem
+        loops = (f.statement.iterator for f in self.frames if isinstance(f, _For))
+        turns = [(name, self.values.get(name)) for name in loops]
+        at = [f"`{n}` = {v.data:g}" for n, v in turns if isinstance(v, Expr) and v.is_const]
+        hint = f"this is at {listed(at)}: let the loop run over fewer values" if at else found.hint
+        called = (Related("called here", self.span),)
+        return OutsideArray(replace(found, hint=hint, related=called))
 
     # Statements
 

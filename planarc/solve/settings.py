@@ -10,7 +10,7 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -327,6 +327,25 @@ def _units(program: Program) -> dict[str, str]:
     return {c.name: c.unit for c in program.columns}
 
 
+def _deciding(program: Program, name: str) -> Sequence[str]:
+    """The candidates that may decide a variable: of the joints that hold its part, nearest to the
+    ground first, those of its unit; else the nearest names."""
+    from planarc.ir.mechanism import GROUND
+    from planarc.ir.places import owner
+    from planarc.solve.messages.loops import joints_of
+
+    units = _units(program)
+    holding = set(joints_of(program, {owner(name)}))
+    links = {j.name: j.links for j in program.mechanism.joints} if program.mechanism else {}
+    near = [c.display for c in program.candidates if owner(c.display) in holding]
+    near = [n for n in near if units.get(n) == units.get(name)]
+    if near:
+        return sorted(near, key=lambda n: GROUND not in links[owner(n)])[:2]
+    from planarc.core.nearest import nearest
+
+    return nearest(name, [c.display for c in program.candidates], cutoff=0.0)
+
+
 def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
     """Start values by the slot that holds them; a variable's alias carries its sign."""
     if not given:
@@ -338,10 +357,7 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
             raise _unknown("R406", "variable", name, columns)
         slot, sign = columns[name]
         if slot not in slots:
-            from planarc.core.nearest import nearest
-
-            choices = [c.display for c in program.candidates]
-            near = nearest(name, choices, cutoff=0.0)
+            near = _deciding(program, name)
             raise _usage(
                 "R400",
                 f"`{name}` follows from other variables: its start value has no effect",

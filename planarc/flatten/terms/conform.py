@@ -147,7 +147,7 @@ def mismatch(
         part, name = several.groups()
         hint += f", or declare {actual.dims[0]} of them: `{part}[{actual.dims[0]}]({name}=...)`"
     if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):
-        hint = f"declare it Real, or write `integer({span.text})`, which rounds down"
+        hint = f"write `integer({span.text})`, which rounds down, or declare it Real"
     if expected.base is flat.Base.BOOLEAN and actual.base in NUMERIC:
         hint = "write `true` or `false`"
     if expected.base in NUMERIC and re.search(r'"\s*[-+]?[\d.]+(e[-+]?\d+)?\s*"', span.text):

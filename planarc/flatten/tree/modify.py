@@ -194,7 +194,12 @@ def _yielding(binding: Binding | None) -> Binding | None:
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     message = f"`{name}` is final and cannot be modified"
     follows = re.search(r"=\s*([A-Za-z_]\w*)$", inner.text) if inner else None
+    formula = re.search(r"=\s*([^=\"]*[A-Za-z_][^=\"]*)$", inner.text) if inner else None
     hint = f"set `{follows[1]}`, which it follows from" if follows else "remove the modifier"
+    if formula and not follows:
+        shown = " ".join(formula[1].split())
+        hint = f"it is computed there, as `{shown:.60}`: set what it follows from, or take a part "
+        hint += f"in which `{name}` is free"
     unit = re.search(r'\bunit\s*=\s*"(.*)"$', inner.text) if inner and name == "unit" else None
     if unit:
         hint = f"values are in `{unit[1]}` here: turn yours into it, and choose what is shown by "

@@ -26,6 +26,7 @@ from math import isclose
 from typing import TypeAlias
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from planarc.core import unit
 from planarc.core.data import Data
@@ -65,6 +66,16 @@ class _Given(Data):
     value: Dimension
 
 
+class _Misfit(Data):
+    """A value whose unit is not that of its variable. `told` is the number of the message."""
+
+    name: str
+    own: Dimension
+    given: Dimension
+    span: Span
+    told: int
+
+
 class Checker(Struct):
     """The units of a model's variables, and what was found wrong."""
 
@@ -73,6 +84,7 @@ class Checker(Struct):
     celsius: frozenset[str] = frozenset()  # variables in `degC`, whose zero is not that of `K`
     declared: dict[str, str] = field(default_factory=dict)  # units as texts
     found: list[Diagnostic] = field(default_factory=list)
+    values: list[_Misfit] = field(default_factory=list)  # of other units than their variables
 
     def report(
         self, what: str, a: Dimension, b: Dimension, span: Span, sides: Sides = (None, None)
@@ -272,6 +284,24 @@ class Checker(Struct):
         self.found.append(found)
         return True
 
+    def merge_exchanged(self) -> None:
+        """Tell of two fields of a record of which each has the value of the other once."""
+        dropped = set[int]()
+        for k, first in enumerate(self.values):
+            whole = first.name.rpartition(".")[0]
+            for second in self.values[k + 1 :]:
+                beside = whole and second.name.rpartition(".")[0] == whole
+                swapped = _agree(first.own, second.given) and _agree(second.own, first.given)
+                if beside and swapped and first.span.line == second.span.line:
+                    names = both((first.name, second.name))
+                    given = both(" ".join(m.span.text.split()) for m in (first, second))
+                    message = f"{names} have each other's units: {given} are exchanged"
+                    hint = f"exchange {given}, or give fields by name"
+                    told = replace(self.found[first.told], message=message, hint=hint)
+                    self.found[first.told] = told
+                    dropped.add(second.told)
+        self.found = [d for k, d in enumerate(self.found) if k not in dropped]
+
     # Equations ------------------------------------------------------------------------------
 
     def equations(self, equations: tuple[flat.Equation, ...]) -> None:
@@ -334,7 +364,11 @@ class Checker(Struct):
             if value is not None:
                 names = f"`{variable.name}` and its {what}"
                 itself = flat.Reference(variable.type, variable.span, variable.name)
-                self.agree(names, own, self.of(value), value.span, (itself, value))
+                given, told = self.of(value), len(self.found)
+                self.agree(names, own, given, value.span, (itself, value))
+                if own and given and len(self.found) > told:
+                    place = variable.name, own, given, value.span
+                    self.values.append(_Misfit(*place, told))
                 if self.zeros(itself, value):
                     self.report_zeros(names, value.span)
                 self.text_behind(variable, what, value)
@@ -420,6 +454,7 @@ def check_units(
     for variable in checked.variables:
         checker.name(variable)
         checker.variable(variable)
+    checker.merge_exchanged()
     checker.equations(checked.equations)
     checker.equations(checked.initial_equations)
     for declared in checked.declared:

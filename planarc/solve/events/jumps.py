@@ -100,7 +100,11 @@ def _drives(program: Program, slot: int) -> list[Part]:
 
 @once
 def _differentiated(program: Program) -> dict[str, int]:
-    """The slots of all that has a derivative, by name; positions before speeds."""
+    """The slots of all that has a derivative, by name; positions before speeds. What is hidden in a
+    part counts by what it moves: the time within a path may well begin at a speed of 1."""
     slots = {c.name: c.slot for c in program.columns} | dict(program.slots)
+    hidden = {c.name for c in program.columns if c.protected and "." in c.name}
+    hidden |= {f"der({name})" for name in hidden}
     names = (n[4:-1] for n in program.slots if n.startswith("der("))
-    return {n: slots[n] for n in sorted(names, key=lambda n: n.startswith("der(")) if n in slots}
+    seen = (n for n in names if n in slots and n not in hidden)
+    return {n: slots[n] for n in sorted(seen, key=lambda n: n.startswith("der("))}

@@ -198,6 +198,8 @@ def contradicting(
     if not more and not are_velocities(program, columns):
         around, given = [owner(s.start_name) for s in told], float(system.kernel.w[first.start])
         hint += other_side(program, system.kernel, around, given, found.follows[0])
+    if len(others) == 1 and not more:
+        hint += f"; or from `{others[0].start_name}`, if that is not to be kept"
     place = declaration(program, first.start_name, first.span)
     drive = "" if more else _hidden_drive(program, first)
     if drive:
