@@ -216,6 +216,12 @@ def _values(name: str, text: str) -> Sequence[Given]:
             hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
         )
     low, high, count = parts[0], parts[1], int(parts[2])
+    if low == high and count > 1:
+        raise usage_error(
+            "C257",
+            f"the values `{text}` of `{name}` are all the same: a range is FROM:TO:HOW_MANY",
+            hint=f"write `{name}={low:g}:{low + 1:g}:{count}`",
+        )
     values = [low + (high - low) * i / max(1, count - 1) for i in range(count)]
     return [f"{value!r}{unit}" for value in values] if unit else values
 

@@ -23,7 +23,7 @@ from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
-from planarc.insight.connectors import find_frames, grouped, owner
+from planarc.insight.connectors import find_frames, find_pins, grouped, owner
 from planarc.insight.facts import count_text
 from planarc.insight.idle import idle_parts
 from planarc.insight.sensors import find_sensors
@@ -236,7 +236,11 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
             hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
     pair = _pair(mechanism)
-    standing = not (pair or welds or any(v.fixed for v in dae.variables) or changes(dae))
+    pins = find_pins(dae, mechanism)
+    # A slide between two moving parts is there to move them.
+    actuated = any(GROUND not in j.links and j.name not in pins for j in mechanism.joints)
+    asked = actuated or any(v.fixed for v in dae.variables) or changes(dae)
+    standing = not (pair or welds or asked)
     if standing:
         hint = "if it is no structure, a joint is missing"
     if pair:
@@ -293,9 +297,16 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
             link_of[frame] = number
             ends[owner(frame)] = ends.get(owner(frame), 0) + 1
     joints = {joint.name for joint in mechanism.joints}
+    rolling = {_part(name) for name in joints if "." in name}  # as a wheel, which has one frame
     found = []
     for names in dae.connections:
-        rigid = [n for n in names if n in link_of and ends[owner(n)] > 1]
+        if any(owner(n) in joints and n.count(".") == 1 for n in names):
+            continue  # parts that meet in a joint are meant to
+        rigid = [
+            n
+            for n in names
+            if n in link_of and (ends[owner(n)] > 1 or n.partition(".")[0] in rolling)
+        ]
         rigid.sort(key=lambda n: -n.count("."))  # as the user connected them, last
         tops = {_part(n): n for n in rigid if owner(n) not in joints}
         if len(tops) > 1:

@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 
+from planarc.ir.dae import Dae
+from planarc.ir.mechanism import Mechanism
+
 #: Flow and position; their product, by the rate of the position, is the power that enters.
 Pairs = tuple[tuple[str, str], ...]
 
@@ -53,3 +56,16 @@ def _found(names: tuple[str, ...]) -> Mapping[str, Pairs]:
             held.setdefault(owner(name), set()).add(name.rpartition(".")[2])
     kinds = {frozenset(n for pair in pairs for n in pair): pairs for pairs in _KINDS}
     return {of: kinds[key] for of, own in held.items() if (key := frozenset(own)) in kinds}
+
+
+def find_pins(dae: Dae, mechanism: Mechanism) -> set[str]:
+    """The joints that hold two frames at one point: with a slide at its end a bar has a length."""
+    points = {j.name: {f"{frame}.r[1]" for frame in j.frames} for j in mechanism.joints}
+    return {
+        e.component
+        for e in dae.equations
+        if e.component in points
+        and e.left.is_symbol
+        and e.right.is_symbol
+        and {e.left.name, e.right.name} == points[e.component]
+    }

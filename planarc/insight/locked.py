@@ -22,8 +22,8 @@ from itertools import combinations
 
 from planarc.core.diagnostic import Locked, Severity
 from planarc.core.prose import both, counted, listed
-from planarc.insight.connectors import grouped
-from planarc.insight.misfit import find_loop, find_pins
+from planarc.insight.connectors import find_pins, grouped
+from planarc.insight.misfit import find_loop
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, below, symbol_text
@@ -105,6 +105,7 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
     return None
 
 
+_LOADS = ("N", "N.m")
 _PAIR = 2  # conditions of a pin or a slide
 _PLANE = 3  # motions of a body in the plane
 
@@ -141,6 +142,11 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     """None where what the block holds may move otherwise: a body that cannot turn, but slide."""
     dae, known = model.dae, {repr(symbol) for symbol in computed(block)}
     steps: tuple[Assignment | Residual, ...] = (*block.inner, *block.residuals)
+    flows = {f"{v.name}" for v in dae.variables if v.unit in _LOADS}
+    if not flows.isdisjoint(
+        repr(symbol) for symbol in computed(block)
+    ):  # loads decide, and no length
+        return None
     holders = own_names(dae, (model.equations[s.equation].equation.component for s in steps))
     aliases = (a.name for a in model.aliases if repr(a.target) in known)
     moving = find_moving(dae)

@@ -92,7 +92,9 @@ def _loose_links(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) 
             continue
         if moved or not loose.isdisjoint(link.frames):
             bare = [c for c, count in ends.items() if c not in joints and count > 1]
-            around = own_names(dae, (c for c in ends if c not in bare))
+            # A joint inside of a part stands for that part.
+            inside = {o for o in ends if any(j.startswith(f"{o}.") for j in joints)}
+            around = own_names(dae, (c for c in ends if c not in bare and c not in inside))
             ours = tuple(n for n in moves if owner(n) in link.frames)
             found.append(_Loose(link.frames, moved, ours, own_names(dae, bare), around))
     return found

@@ -26,7 +26,13 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
 from planarc.insight.attachment import open_apart, place
-from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
+from planarc.insight.connectors import (
+    find_connectors,
+    find_frames,
+    find_pins,
+    grouped,
+    owner,
+)
 from planarc.insight.massless import find_hung, find_massless
 from planarc.insight.sensors import are_passed, find_ends, hidden_connectors, zeros
 from planarc.ir.dae import Dae
@@ -85,19 +91,6 @@ def part_of_others(dae: Dae) -> Diagnostic | None:
         hint=f"declare `{name} part;` in a model that connects `part.{ends[0]}`, and check that "
         "model; `planarc check --all` checks parts by themselves",
     )
-
-
-def find_pins(dae: Dae, mechanism: Mechanism) -> set[str]:
-    """The joints that hold two frames at one point: with a slide at its end a bar has a length."""
-    points = {j.name: {f"{frame}.r[1]" for frame in j.frames} for j in mechanism.joints}
-    return {
-        e.component
-        for e in dae.equations
-        if e.component in points
-        and e.left.is_symbol
-        and e.right.is_symbol
-        and {e.left.name, e.right.name} == points[e.component]
-    }
 
 
 def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:

@@ -5,6 +5,8 @@ Given by `insight`, kept with the program, shown by `cli` and `view`.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 
@@ -70,6 +72,15 @@ class Mechanism(Data):
         """The mobility by count, after Gruebler: motions of all links, less all conditions."""
         free = sum(link.free for link in self.links)
         return free - sum(joint.conditions for joint in self.joints)
+
+    def joints_at(self, components: Collection[str]) -> list[str]:
+        """The joints of the moving links that have frames in some components."""
+        own = {
+            i
+            for i, link in enumerate(self.links)
+            if i != GROUND and any(f.rpartition(".")[0] in components for f in link.frames)
+        }
+        return [joint.name for joint in self.joints if not own.isdisjoint(joint.links)]
 
     @property
     def loops(self) -> int:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
 from planarc.core.options import FIXED_STEP, MOST_ROWS, Contacts, RunOptions, Solver
-from planarc.core.prose import both, either, ticked
+from planarc.core.prose import either, listed, ticked
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, ParameterSlot, Program
@@ -273,11 +273,11 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
     if not parameter.settable:
         sources = _computed_from(program, name, known)
         if sources:
-            listed = both(sources)
+            told = listed(f"`{source}`" for source in sources)
             raise _usage(
                 "R405",
-                f"`{name}` cannot be set: it is computed from {listed}",
-                f"set {listed}, or change the model",
+                f"`{name}` cannot be set: it is computed from {told}",
+                "set what it follows from, or change the model",
             )
         raise _usage(
             "R405",
@@ -287,13 +287,25 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
     return parameter
 
 
+def _sources(program: Program, name: str) -> list[str]:
+    """A parameter that can be set, or those that it is computed from."""
+    parameters = _parameters(program)
+    own = parameters.get(name)
+    hidden = {c.name for c in program.columns if c.protected}
+    if own is not None and own.settable and name not in hidden:
+        return [name]
+    return _computed_from(program, name, parameters) or [name]
+
+
 def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[str]:
     """The parameters in the formula of another one, where it is a formula of these alone."""
     for statement in program.parameters:
         if isinstance(statement, Let) and repr(statement.target) == name:
             symbols = (e for e in postorder((statement.value,)) if e.op is Op.SYMBOL)
             names = dict.fromkeys(e.name for e in symbols)
-            return list(names) if names.keys() <= set(known) else []
+            if not names.keys() <= set(known):
+                return []
+            return [*dict.fromkeys(source for n in names for source in _sources(program, n))]
     return []
 
 
@@ -332,11 +344,11 @@ def _deciding(program: Program, name: str) -> Sequence[str]:
     ground first, those of its unit; else the nearest names."""
     from planarc.ir.mechanism import GROUND
     from planarc.ir.places import owner
-    from planarc.solve.messages.loops import joints_of
 
     units = _units(program)
-    holding = set(joints_of(program, {owner(name)}))
-    links = {j.name: j.links for j in program.mechanism.joints} if program.mechanism else {}
+    mechanism = program.mechanism
+    holding = set(mechanism.joints_at({owner(name)}) if mechanism else ())
+    links = {j.name: j.links for j in mechanism.joints} if mechanism else {}
     near = [c.display for c in program.candidates if owner(c.display) in holding]
     near = [n for n in near if units.get(n) == units.get(name)]
     if near:

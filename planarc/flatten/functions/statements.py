@@ -16,7 +16,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.functions import calls
 from planarc.flatten.refusal import UnknownValue, joined, unsupported
@@ -106,7 +106,8 @@ def type_target(ref: syntax.Ref, env: Env) -> flat.Expression:
         if any(v.name == name for v in env.function.inputs):
             message = f"the input `{name}` of a function cannot be assigned"
             hint = "declare another variable below `protected`, and assign that one"
-            raise error("F301", message, ref.span, hint=hint)
+            kind = f"{env.function.name} {name}"
+            raise PlanarcError(Once("F301", message, ref.span, hint=hint, kind=kind))
         return _field_target(target, ref)
     if isinstance(target, flat.Reference):
         leaf = env.session.leaves.get(target.name)

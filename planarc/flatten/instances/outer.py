@@ -177,7 +177,13 @@ def _check_compatible(
         _check_sizes(element, definition, layout, node, found)
     if not fits:
         message = f"the inner `{element.name}` is no `{definition.type}`"
-        raise error("F263", message, definition.span, related=[Related("the inner one", place)])
+        known = layout_of(have).members if not isinstance(node, Leaf) and have else {}
+        lacking = [n for n in layout.members if n not in known] if known else []
+        hint = f"declare it as `inner {definition.type} {element.name}`"
+        if lacking:
+            message += f": it has no `{lacking[0]}`"
+        related = [Related("it is asked for here", definition.span)]
+        raise error("F263", message, place, hint=hint, related=related)
 
 
 def _check_sizes(

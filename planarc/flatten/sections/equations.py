@@ -52,6 +52,7 @@ from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
+from planarc.ir.flatwalk import inside, set_by
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 
@@ -266,6 +267,7 @@ def _when(node: syntax.WhenEquation, env: Env) -> Equations:
     for _, equations in branches:
         _expect_variables(equations)
         _expect_once(equations)
+    _expect_alike(branches, env)
     return (flat.WhenEquation(node.span, env.component, branches),)
 
 
@@ -299,6 +301,21 @@ def _expect_once(equations: Equations) -> None:
                     Miscounted("F321", message, equation.span, hint=hint, related=related)
                 )
             seen[name] = equation.span
+
+
+def _expect_alike(branches: Sequence[tuple[flat.Expression, Equations]], env: Env) -> None:
+    """Warn in the user's own text of a branch that leaves out what another one gives: it keeps its
+    value here, and other tools refuse it (8.3.5.2)."""
+    files = env.session.library.user_files()
+    given = [{v.name for e in inside(body) for v in set_by(e)} for _, body in branches]
+    for (condition, _), names in zip(branches, given, strict=True):
+        if condition.span.source.name not in files:
+            continue
+        for name in sorted(set().union(*given) - names):
+            short = name.removeprefix(f"{env.component}.") if env.component else name
+            message = f"this branch of a `when` gives `{short}` no value, which it then keeps"
+            hint = f"write `{short} = pre({short})` in it, as other tools ask for it"
+            env.session.warn("F321", message, condition.span, hint)
 
 
 def _connect(node: syntax.Connect, env: Env) -> Equations:

@@ -146,6 +146,9 @@ def mismatch(
     ):
         part, name = several.groups()
         hint += f", or declare {actual.dims[0]} of them: `{part}[{actual.dims[0]}]({name}=...)`"
+    member = re.fullmatch(r"the value of `\w+\[\d+\]\.\w+`", what)
+    if member and expected.dims and actual.dims[1:] == expected.dims:
+        hint = "leave `each` out: the value has an entry for each member"
     if (expected.base, actual.base) == (flat.Base.INTEGER, flat.Base.REAL):
         hint = f"write `integer({span.text})`, which rounds down, or declare it Real"
     if expected.base is flat.Base.BOOLEAN and actual.base in NUMERIC:

@@ -45,7 +45,10 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
             if reason is not None:
                 return reason
         elif lookup.member(static_instance(cls), name) is None:
-            return f"it has no `{name}`"
+            kind = ""
+            if own.kind is syntax.ClassKind.FUNCTION and isinstance(definition, syntax.Component):
+                kind = f"{definition.causality.value} "
+            return f"it has no {kind}`{name}`"
     return _input_obstacle(cls, own, wanted)
 
 

@@ -94,6 +94,10 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"
+    phase = next((x for x in (left, right) if x.type.base is flat.Base.ENUMERATION), None)
+    if phase is not None and op in ("+", "-") and "\n" not in span.text:
+        counted = span.text.replace(phase.span.text, f"Integer({phase.span.text})", 1)
+        hint = f"an enumeration is no number: write `{type_text(phase.type)}({counted})`"
     message = f"`{op}` cannot join {type_text(left.type)} and {type_text(right.type)}"
     return error("F274", message, span, hint=hint)
 

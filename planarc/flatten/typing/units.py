@@ -96,6 +96,8 @@ class Checker(Struct):
             if abs(_scale(b)) < _SAME_SCALE:
                 power, given = -power, first
             hint = f"nothing converts units: multiply what is in `{given}` by {10**power:.6g}"
+        elif unit.multiply(a, b)[:-1] == NUMBER and a[:-1] != NUMBER:
+            hint = "they are the reciprocals of each other: perhaps `1/...` is meant"
         else:
             ratios = (unit.unit_text(r[:-1]) for r in (unit.divide(a, b), unit.divide(b, a)))
             found = next((r for r in ratios if r in _FACTORS), None)

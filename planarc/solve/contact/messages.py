@@ -91,7 +91,10 @@ def overlapping(touches: Touches, i: int, gaps: Vector, t: float) -> Diagnostic:
     found = overlap(touches, i, f"{-float(gaps[i]):.3g}", t)
     beyond = _beyond(touches.program, _touching(touches, i))
     if beyond is None:
-        return replace(found, hint=f"{found.hint}{_meant(touches, i, gaps)}")
+        meant = _meant(touches, i, gaps)
+        if " moves with " in meant:  # mostly this, and seldom the places
+            return replace(found, hint=f"{meant.removeprefix('; ')}; else {found.hint}")
+        return replace(found, hint=f"{found.hint}{meant}")
     way, end, _ = beyond
     value, limit = (_value(touches, name) for name in (way, end))
     message = f"`{way}` = {value:.4g} lies beyond the stop `{end}` = {limit:.4g} at t = {t:.6g} s"

@@ -41,15 +41,7 @@ def loop_joints(program: Program, components: Collection[str]) -> list[Joint]:
 
 def joints_of(program: Program, components: Collection[str]) -> list[str]:
     """The joints of the links that have frames in some components."""
-    mechanism = program.mechanism
-    if mechanism is None:
-        return []
-    own = {
-        i
-        for i, link in enumerate(mechanism.links)
-        if i != GROUND and any(frame.rpartition(".")[0] in components for frame in link.frames)
-    }
-    return [joint.name for joint in mechanism.joints if not own.isdisjoint(joint.links)]
+    return program.mechanism.joints_at(components) if program.mechanism else []
 
 
 POSITIONS, SPEEDS = ("phi", "s"), ("w", "v")

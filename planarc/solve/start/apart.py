@@ -13,10 +13,17 @@ from __future__ import annotations
 
 from math import sqrt
 
-from planarc.ir.expr import Expr, Op
+from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve.messages.text import Reader
+
+
+def units_in(program: Program, info: EquationInfo) -> set[str]:
+    """The units of an equation's variables."""
+    sides = () if isinstance(info.written, str) else info.written
+    names = {e.name for e in postorder(sides) if e.is_symbol}
+    return {c.unit for c in program.columns if c.name in names}
 
 
 def unit_of(program: Program, info: EquationInfo) -> str:

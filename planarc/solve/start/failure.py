@@ -20,7 +20,7 @@ from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
-from planarc.solve.start.apart import squares_apart, unit_of
+from planarc.solve.start.apart import squares_apart, unit_of, units_in
 from planarc.solve.start.contradiction import (
     Contradiction,
     contradicting,
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 _WORST = 3
+#: Units of forces and torques.
+_LOADS = {"N", "N.m"}
 
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
@@ -187,6 +189,18 @@ def _not_assembled(
     )
     if over is not None:
         return _at_home(system, root, over, worst)
+    if loop and worst and not _LOADS.isdisjoint(units_in(system.program, worst[0][1])):
+        return _at_home(
+            system,
+            root,
+            Diagnostic(
+                "R412",
+                f"the loads on {loop} do not balance, and nothing that has a mass takes them up",
+                hint="hold what they push away, as by a support that does not roll, or give one of "
+                "these parts a mass",
+            ),
+            worst,
+        )
     return _at_home(
         system,
         root,
@@ -303,7 +317,7 @@ def _at_home(
             unit = f" {unit_of(program, worst[0][1])}".rstrip()
             apart = f"{off}{unit}" if length is None else f"{_off(length)} m"
             message += f": its ends stay {apart} apart"
-        else:
+        elif "do not balance" not in message:
             message += f": at best it is off by {off}"
     told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
