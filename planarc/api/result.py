@@ -383,7 +383,7 @@ class Result:
             drawn = {"traces": traces, "layers": layers}
             for name in (n for n, v in (moved | drawn).items() if v not in (None, (), "")):
                 hint = f'name one, as `animate("run.svg", {name}=...)`'
-                raise usage_error("V701", f"`{name}` belongs to a picture in a file", hint=hint)
+                raise usage_error("C202", f"`{name}` belongs to a picture in a file", hint=hint)
             return Page(self._page(curves))
         from planarc.view.picture.make import PictureOptions, write_picture
         from planarc.view.picture.motion import When

@@ -1,7 +1,7 @@
 """Signals that give an angle in degrees, or a speed in rpm, to what takes it in radian.
 
 In:   Dae
-Out:  warnings F331
+Out:  warnings S324
 
 A source has numbers without a unit, so that nothing else tells what was meant. Only such a number
 is doubted that people write in degrees or rpm, and only that of a source that is connected
@@ -45,7 +45,7 @@ def find_misread(dae: Dae) -> Iterator[Diagnostic]:
                     continue
                 told.add(source.name)
                 yield Diagnostic(
-                    "F331",
+                    "S324",
                     f"`{source.name}` gives {number:g} to `{end.name}`, which is in {unit}: "
                     f"{how(number)}",
                     source.span,

@@ -68,7 +68,7 @@ def test_values_of_every_kind(kinds: Model, given: dict[str, Any], slope: float)
         ({"one.back": 0.5}, "takes true or false, not 0.5"),
         ({"one.times": 1.5}, "takes an integer, not 1.5"),
         ({"one.n": 1.5}, "takes an integer, not 1.5"),
-        ({"p.n": [1, 2, 3]}, "takes 2 numbers, p[1].n to p[2].n"),
+        ({"p.n": [1, 2, 3]}, "takes 2 numbers, `p[1].n` to `p[2].n`"),
         ({"p.order": [[1, 2]]}, "takes 4 numbers"),
     ],
 )

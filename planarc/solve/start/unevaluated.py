@@ -162,7 +162,7 @@ def _advice(
     mechanism = program.mechanism
     links = mechanism.links if mechanism else ()
     moving = {owner(frame) for link in links for frame in link.frames}
-    if not moving.isdisjoint(info.component for info in infos):
+    if mechanism and not (infos and moving.isdisjoint(info.component for info in infos)):
         return (
             "look for a part without mass that nothing holds, a joint that constrains what "
             "another one constrains already, or a stretched (singular) position"
