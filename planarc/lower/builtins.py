@@ -59,7 +59,7 @@ def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
         if scope.at_event or symbol.name in scope.model.parameters:
             return symbol  # the value just before the event acts
         message = f"`pre({symbol})` of a continuous variable stands outside of a when-clause"
-        hint = "use `pre` on discrete variables, or move the equation into a `when`"
+        hint = "use `pre` on what changes at events only, such as a value that a `when` keeps"
         if span.text.startswith(("change(", "edge(")):
             word = span.text.partition("(")[0]
             message = (

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir import flat
-from planarc.ir.flatwalk import set_by
+from planarc.ir.flatwalk import inside, set_by
 from planarc.ir.places import is_own
 
 
@@ -34,6 +34,28 @@ def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
                     Severity.WARNING,
                     hint=f"give `{output.name}` a value first, or in an `else`",
                 )
+            missing = _never(output, function.body)
+            if missing:
+                yield Diagnostic(
+                    "L321",
+                    f"`{function.name}` never gives `{output.name}[{missing[0]}]` a value: it is 0",
+                    output.span,
+                    Severity.WARNING,
+                    hint="assign each entry, or give the output a value where it is declared",
+                )
+
+
+def _never(output: flat.Variable, body: Sequence[flat.Statement]) -> list[int]:
+    """The entries of a vector that no statement gives a value, where all say which they give."""
+    dims, given = output.type.dims, set[int]()
+    if output.binding is not None or len(dims) != 1 or not dims[0]:
+        return []
+    for target in (v for s in inside(body) for v in set_by(s) if v.name == output.name):
+        index = target.subscripts[0] if len(target.subscripts) == 1 else None
+        if not isinstance(index, flat.Literal):
+            return []
+        given.add(int(index.value))
+    return [n for n in range(1, dims[0] + 1) if n not in given] if given else []
 
 
 def _given(body: Sequence[flat.Statement]) -> set[str] | None:

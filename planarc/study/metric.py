@@ -135,5 +135,12 @@ def _read(text: Any, program: Program) -> Reduction:
         raise unknown_name("variable", name, columns)
     kind, variable = call[1], call[2].strip()
     refuse_unknown("metric", (kind,), KINDS)
+    inner = re.fullmatch(r"abs\((.+)\)", variable)
+    if inner and kind == "max":
+        hint = f"write `maxabs({inner[1]})`"
+        raise usage_error("C231", f"a metric is of a variable, not of `{variable}`", hint=hint)
+    if variable not in columns and re.search(r"[-+*/^(]", variable.replace("der(", "")):
+        hint = "declare a variable for it in the model, or give a function in Python"
+        raise usage_error("C231", f"a metric is of a variable, not of `{variable}`", hint=hint)
     refuse_unknown("variable", (variable,), columns)
     return Reduction(kind, variable)

@@ -88,6 +88,9 @@ class Rhs:
 
     def _take(self, t: float, x: Any, u: Any) -> Vector:
         """The states; time and inputs are set."""
+        if getattr(t, "ndim", 0):  # as `odeint` calls it
+            hint = "call it as f(t, x); `scipy.integrate.odeint` does so with `tfirst=True`"
+            raise usage_error("C203", "`t` takes one number, not an array", hint=hint)
         self._point.t = finite("t", t, "s")
         if u is not None:
             for slot, value in zip(self._slots, self._numbers("u", u, 1).tolist(), strict=True):

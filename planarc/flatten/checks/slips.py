@@ -1,10 +1,12 @@
 """Formulas that say something else than was mostly meant.
 
 In:   FlatModel, the names of the user's files
-Out:  warnings F331 (degrees) and F332 (a root)
+Out:  warnings F331 (degrees), F332 (a root), F333 (a difference) and F334 (a when)
 
     sin(45)      a sine, cosine or tangent takes radian: a number such as people write in degrees
     x^1/2        is half of x, as a power binds more than a division: a root was meant
+    x - pre(x)   is 0 where x moves all the while and nothing sets it anew
+    when f(x)    watches no relation, since those in functions and in noEvent make no events
 
 Example: `F*cos(30)` is 0.154*F, and not 0.866*F.
 """
@@ -16,7 +18,15 @@ from collections.abc import Collection, Iterator
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
 from planarc.ir import flat
-from planarc.ir.flatwalk import expressions_of_function, expressions_of_model, nodes_of
+from planarc.ir.flatwalk import (
+    children,
+    expressions_of_function,
+    expressions_of_model,
+    inside,
+    names_in,
+    nodes_of,
+    set_by,
+)
 
 _OF_ANGLES = ("sin", "cos", "tan")
 #: Angles that people write in degrees.
@@ -33,14 +43,88 @@ def find_slips(
         expressions += expressions_of_function(function)
     seen = set[tuple[str, int]]()
     own = (e for e in expressions if e.span.source.name in files)
+    moving = _moving(model)
     for e in nodes_of(own):
         place = e.span.source.name, e.span.start
         if place in seen:
             continue
-        found = _degrees(e) or _root(e)
+        found = _degrees(e) or _root(e) or _no_difference(e, moving)
         if found is not None:
             seen.add(place)
             yield found
+    for condition in _conditions(distinct):
+        if condition.span.source.name in files and (silent := _silent(condition, moving)):
+            yield silent
+
+
+def _moving(model: flat.FlatModel) -> set[str]:
+    """The variables that move all the while, and that nothing sets anew at an event."""
+    items = [*inside(model.equations), *(s for a in model.algorithms for s in inside(a.statements))]
+    jumping = {e.variable.name for e in items if isinstance(e, flat.Reinit)}
+    whens = [e for e in items if isinstance(e, flat.WhenEquation | flat.WhenStatement)]
+    for when in whens:
+        jumping |= {v.name for _, body in when.branches for i in inside(body) for v in set_by(i)}
+    return {
+        v.name
+        for v in model.variables
+        if v.type.base is flat.Base.REAL
+        and v.variability is flat.Variability.CONTINUOUS
+        and v.name not in jumping
+    }
+
+
+def _conditions(model: flat.FlatModel) -> Iterator[flat.Expression]:
+    items = [*inside(model.equations), *(s for a in model.algorithms for s in inside(a.statements))]
+    for item in items:
+        if isinstance(item, flat.WhenEquation | flat.WhenStatement):
+            yield from (condition for condition, _ in item.branches)
+
+
+def _no_difference(e: flat.Expression, moving: set[str]) -> Diagnostic | None:
+    match e:
+        case flat.Binary(
+            op="-",
+            left=flat.Reference(name=now),
+            right=flat.Builtin(function="pre", arguments=(flat.Reference(name=before),)),
+        ) if now == before and now in moving:
+            return Diagnostic(
+                "F333",
+                f"`{now} - pre({now})` is 0: what moves all the while is the same right before an "
+                "event",
+                e.span,
+                Severity.WARNING,
+                hint=f"keep `{now}` of each event in a variable that a `when` sets, and take `pre` "
+                "of that",
+            )
+    return None
+
+
+def _silent(condition: flat.Expression, moving: set[str]) -> Diagnostic | None:
+    """The warning about a condition that becomes true between events, and makes none."""
+    left, found = [condition], None
+    while left:
+        e = left.pop()
+        if isinstance(e, flat.Unary | flat.Array) or (
+            isinstance(e, flat.Binary) and e.op in ("and", "or")
+        ):
+            left += children(e)
+            continue
+        hides = isinstance(e, flat.Call) or (
+            isinstance(e, flat.Builtin) and e.function == "noEvent"
+        )
+        if not hides or moving.isdisjoint(names_in((e,))):
+            return None  # another part may make events at the right instants
+        found = e
+    if found is None:
+        return None
+    what = "`noEvent`" if isinstance(found, flat.Builtin) else "a function"
+    return Diagnostic(
+        "F334",
+        f"this `when` makes no event: relations in {what} are not watched",
+        condition.span,
+        Severity.WARNING,
+        hint="write the relation itself in the condition, as `when x > limit then`",
+    )
 
 
 def _degrees(e: flat.Expression) -> Diagnostic | None:

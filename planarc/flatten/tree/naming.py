@@ -47,6 +47,8 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
         elsewhere = f"give the folder of that library with `--library`; found are {known_ones}"
     if near is None and counters:
         near = Meant(name, tuple(sorted(counters)))
+    if near is None and name.startswith("'"):
+        elsewhere = "a text stands in double quotes; single ones make a name"
     # A name that is used is used again: once for a class.
     mend, kind = None if elsewhere else near, f"{where} {name}"
     if any(_type_of(d) == "extend" for _, d in scope.instance.layout.members.values()):
