@@ -23,7 +23,6 @@ from planarc.ir.flatwalk import (
     expressions_of_function,
     expressions_of_model,
     inside,
-    names_in,
     nodes_of,
     set_by,
 )
@@ -112,7 +111,7 @@ def _silent(condition: flat.Expression, moving: set[str]) -> Diagnostic | None:
         hides = isinstance(e, flat.Call) or (
             isinstance(e, flat.Builtin) and e.function == "noEvent"
         )
-        if not hides or moving.isdisjoint(names_in((e,))):
+        if not hides or not any(_moves(part, moving) for part in nodes_of((e,))):
             return None  # another part may make events at the right instants
         found = e
     if found is None:
@@ -125,6 +124,12 @@ def _silent(condition: flat.Expression, moving: set[str]) -> Diagnostic | None:
         Severity.WARNING,
         hint="write the relation itself in the condition, as `when x > limit then`",
     )
+
+
+def _moves(e: flat.Expression, moving: set[str]) -> bool:
+    if isinstance(e, flat.Builtin):
+        return e.function == "time"
+    return isinstance(e, flat.Reference) and e.name in moving
 
 
 def _degrees(e: flat.Expression) -> Diagnostic | None:
