@@ -182,6 +182,9 @@ def looks_like_degrees(angle: float) -> bool:
     return (abs(angle) > 4 * pi and angle % 0.5 == 0) or (abs(angle) > 2 * pi and angle % 5 == 0)
 
 
+#: The units of forces and torques.
+LOADS = ("N", "N.m")
+
 #: One turn a minute, in rad/s.
 RPM = pi / 30
 

@@ -40,17 +40,17 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
     yield from _ends_together(dae, link_of)
     yield from _free_beside_joints(dae, mechanism, link_of)
-    inside, spare = [*_inside_links(dae, mechanism, link_of)], [*_spare(dae, mechanism)]
+    inside, spare = [*_inside_links(dae, mechanism, link_of)], _spare(dae, mechanism)
     if len(inside) == len(spare) == 1:  # one of its ends was to be there
         (idle,), (ground,) = inside, spare
-        hint = f"{idle.hint}, such as {ground.message.partition(' ')[0]}"
-        inside, spare = (
-            [replace(idle, hint=hint, related=(Related(ground.message, ground.span),))],
-            [],
-        )
+        note = _carries_nothing(ground)
+        hint = f"{idle.hint}, such as `{ground.name}`"
+        yield replace(idle, hint=hint, related=(Related(note.message, note.span),))
+        yield from _on_one_point(dae, mechanism)
+        return
     yield from inside
     yield from _on_one_point(dae, mechanism)
-    yield from spare
+    yield from map(_carries_nothing, spare)
 
 
 def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
@@ -159,19 +159,16 @@ def _line_forces(dae: Dae, mechanism: Mechanism) -> Iterator[tuple[str, list[str
             yield component, ends
 
 
-def _spare(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+def _spare(dae: Dae, mechanism: Mechanism) -> list[Part]:
     """Ground that carries nothing, beside other ground and joints."""
     joined = {owner(name) for names in dae.connections if len(names) > 1 for name in names}
-    for component in mechanism.spare if mechanism.joints else ():
-        part = _own(dae, component)
-        if part is not None and not part.inner and component not in joined:
-            yield Diagnostic(
-                "S323",
-                f"`{component}` carries nothing: nothing is connected to it",
-                part.span,
-                Severity.WARNING,
-                hint="connect it, or leave it out",
-            )
+    parts = (_own(dae, c) for c in mechanism.spare if mechanism.joints and c not in joined)
+    return [part for part in parts if part is not None and not part.inner]
+
+
+def _carries_nothing(part: Part) -> Diagnostic:
+    message = f"`{part.name}` carries nothing: nothing is connected to it"
+    return _idle(message, part, "connect it, or leave it out")
 
 
 def _idle(

@@ -22,6 +22,7 @@ from itertools import combinations
 
 from planarc.core.diagnostic import Locked, Severity
 from planarc.core.prose import both, counted, listed
+from planarc.core.unit import LOADS
 from planarc.insight.connectors import find_pins, grouped
 from planarc.insight.misfit import find_loop
 from planarc.insight.topology import find_moving
@@ -105,7 +106,6 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
     return None
 
 
-_LOADS = ("N", "N.m")
 _PAIR = 2  # conditions of a pin or a slide
 _PLANE = 3  # motions of a body in the plane
 
@@ -142,11 +142,8 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     """None where what the block holds may move otherwise: a body that cannot turn, but slide."""
     dae, known = model.dae, {repr(symbol) for symbol in computed(block)}
     steps: tuple[Assignment | Residual, ...] = (*block.inner, *block.residuals)
-    flows = {f"{v.name}" for v in dae.variables if v.unit in _LOADS}
-    if not flows.isdisjoint(
-        repr(symbol) for symbol in computed(block)
-    ):  # loads decide, and no length
-        return None
+    if any(v.unit in LOADS and v.name in known for v in dae.variables):
+        return None  # loads decide where it is, and no length
     holders = own_names(dae, (model.equations[s.equation].equation.component for s in steps))
     aliases = (a.name for a in model.aliases if repr(a.target) in known)
     moving = find_moving(dae)

@@ -12,6 +12,7 @@ Example: `Ramp ramp(height=90)` at the input `phi_ref` of a drive, which makes 1
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 from planarc.core.diagnostic import Diagnostic, Severity
@@ -20,13 +21,15 @@ from planarc.ir.dae import Dae, Parameter
 from planarc.ir.expr import Op
 from planarc.ir.places import own_part, owner
 
+#: What all blocks call their inputs: `u`, `u1`, `u_s`, `u[2]`. Whatever takes one is no source.
+_INPUT = re.compile(r"\.u(\d+|_\w+)?(\[\d+\])?$")
 #: Angles that nobody means in radian.
 _DEGREES = (45, 90, 135, 180, 270, 360)
 
 
 def find_misread(dae: Dae) -> Iterator[Diagnostic]:
     units = {v.name: v.unit for v in dae.variables}
-    taking = {owner(v.name) for v in dae.variables if v.name.endswith(".u")}
+    taking = {owner(v.name) for v in dae.variables if _INPUT.search(v.name)}
     told: set[str] = set()
     for equation in dae.equations:
         ends = equation.left, equation.right

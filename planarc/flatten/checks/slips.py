@@ -13,7 +13,8 @@ Example: `F*cos(30)` is 0.154*F, and not 0.866*F.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from functools import cache
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
@@ -42,7 +43,7 @@ def find_slips(
         expressions += expressions_of_function(function)
     seen = set[tuple[str, int]]()
     own = (e for e in expressions if e.span.source.name in files)
-    moving = _moving(model)
+    moving = cache(lambda: _moving(model))
     for e in nodes_of(own):
         place = e.span.source.name, e.span.start
         if place in seen:
@@ -79,13 +80,13 @@ def _conditions(model: flat.FlatModel) -> Iterator[flat.Expression]:
             yield from (condition for condition, _ in item.branches)
 
 
-def _no_difference(e: flat.Expression, moving: set[str]) -> Diagnostic | None:
+def _no_difference(e: flat.Expression, moving: Callable[[], set[str]]) -> Diagnostic | None:
     match e:
         case flat.Binary(
             op="-",
             left=flat.Reference(name=now),
             right=flat.Builtin(function="pre", arguments=(flat.Reference(name=before),)),
-        ) if now == before and now in moving:
+        ) if now == before and now in moving():
             return Diagnostic(
                 "F333",
                 f"`{now} - pre({now})` is 0: what moves all the while is the same right before an "
@@ -98,7 +99,7 @@ def _no_difference(e: flat.Expression, moving: set[str]) -> Diagnostic | None:
     return None
 
 
-def _silent(condition: flat.Expression, moving: set[str]) -> Diagnostic | None:
+def _silent(condition: flat.Expression, moving: Callable[[], set[str]]) -> Diagnostic | None:
     """The warning about a condition that becomes true between events, and makes none."""
     left, found = [condition], None
     while left:
@@ -126,10 +127,10 @@ def _silent(condition: flat.Expression, moving: set[str]) -> Diagnostic | None:
     )
 
 
-def _moves(e: flat.Expression, moving: set[str]) -> bool:
+def _moves(e: flat.Expression, moving: Callable[[], set[str]]) -> bool:
     if isinstance(e, flat.Builtin):
         return e.function == "time"
-    return isinstance(e, flat.Reference) and e.name in moving
+    return isinstance(e, flat.Reference) and e.name in moving()
 
 
 def _degrees(e: flat.Expression) -> Diagnostic | None:

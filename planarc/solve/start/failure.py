@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
+from planarc.core.unit import LOADS
 from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
 _WORST = 3
-#: Units of forces and torques.
-_LOADS = {"N", "N.m"}
 
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
@@ -189,18 +188,17 @@ def _not_assembled(
     )
     if over is not None:
         return _at_home(system, root, over, worst)
-    if loop and worst and not _LOADS.isdisjoint(units_in(system.program, worst[0][1])):
-        return _at_home(
-            system,
-            root,
-            Diagnostic(
-                "R412",
-                f"the loads on {loop} do not balance, and nothing that has a mass takes them up",
-                hint="hold what they push away, as by a support that does not roll, or give one of "
-                "these parts a mass",
-            ),
-            worst,
+    if loop and worst and not units_in(system.program, worst[0][1]).isdisjoint(LOADS):
+        info = worst[0][1]
+        found = Diagnostic(
+            "R412",
+            f"the loads on {loop} do not balance, and nothing that has a mass takes them up",
+            info.span,
+            hint="hold what they push away, as by a support that does not roll, or give one of "
+            "these parts a mass",
+            related=tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst),
         )
+        return NotAssembled(point_home(system.program, found, info.component))
     return _at_home(
         system,
         root,
@@ -317,7 +315,7 @@ def _at_home(
             unit = f" {unit_of(program, worst[0][1])}".rstrip()
             apart = f"{off}{unit}" if length is None else f"{_off(length)} m"
             message += f": its ends stay {apart} apart"
-        elif "do not balance" not in message:
+        else:
             message += f": at best it is off by {off}"
     told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
