@@ -299,16 +299,20 @@ def to_slopes(program: Program, backend: Backend, scope: Scope) -> str | bytes |
 
 
 def explain(result: Result, tolerance: float | None) -> Result:
-    """A run's events in words of its components, and a warning where it lost energy."""
+    """A run's events in words of its components, and warnings where it lost energy, and where a
+    part of the user's own breaks the third law."""
     from planarc.insight.losses import judge_losses
+    from planarc.insight.reactions import judge_reactions
 
     program = result.program
     lost = judge_losses(result, tolerance or program.experiment.tolerance)
+    found = [] if lost is None else [lost]
+    found += judge_reactions(result)
     if result.events and any(d.kind == "event" for d in program.declared):
         from planarc.insight.happenings import name_events
 
         result = replace(result, events=name_events(result))
-    return result if lost is None else replace(result, warnings=(*result.warnings, lost))
+    return replace(result, warnings=(*result.warnings, *found)) if found else result
 
 
 def study(result: Result, kernel: Kernel | None = None, peaks: bool = True) -> Insight:

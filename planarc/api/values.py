@@ -17,8 +17,8 @@ from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
+from planarc.ir.once import once
 from planarc.ir.program import ParameterSlot, Program
-from planarc.solve.once import once
 
 #: A number, one with a unit as text (`"20cm"`) or of pint, a truth value, the name of an
 #: enumeration literal, or a (nested) sequence of them.

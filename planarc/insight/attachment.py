@@ -137,9 +137,13 @@ def _part(name: str) -> str:
 
 
 def _is_flown(dae: Dae, mechanism: Mechanism, group: Group) -> bool:
-    """True where start values are written for what flies, or its coordinates are to be states;
-    those of a joint say how it begins, and not where."""
-    meant = (v for v in dae.variables if v.start_written or v.state_select is StateSelect.ALWAYS)
+    """True where start values are written for what flies or held, or its coordinates are to be
+    states; those of a joint say how it begins, and not where."""
+    meant = (
+        v
+        for v in dae.variables
+        if v.start_written or v.fixed or v.state_select is StateSelect.ALWAYS
+    )
     joints = {joint.name for joint in mechanism.joints if joint.conditions}
     return not ({v.component for v in meant} - joints).isdisjoint(group.components)
 
@@ -201,6 +205,8 @@ def _unheld(
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or components)[0]
     hint = f"connect `{first}` to the world or to a part that stands on it"
+    if severity is Severity.WARNING and not hinged:
+        hint += "; if all are meant to fly freely, write start values for one of the bodies"
     if group.instead:
         first, message, hint = group.sensors[0], hang(names, group), replacing(group)
     return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)

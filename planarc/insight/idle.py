@@ -76,11 +76,29 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
             continue
         first, second = ends[component]
         if part is not None and _are_tied(rigid, positions[first], positions[second]):
-            yield _idle(
-                f"`{component}` does nothing: `{first}` and `{second}` are held together by rigid "
-                "parts",
-                part,
-            )
+            yield _beside_rigid(dae, part, (first, second), every)
+
+
+def _beside_rigid(
+    dae: Dae, part: Part, ends: tuple[str, str], elements: Collection[str]
+) -> Diagnostic:
+    """The warning of an element whose ends rigid parts hold together: a single one lies beside it,
+    as a sensor that was to be put in series."""
+    at = [{owner(n) for names in dae.connections if end in names for n in names} for end in ends]
+    beside = [_own(dae, c) for c in sorted(set.intersection(*at)) if c not in elements]
+    what = f"`{part.name}` does nothing: "
+    rigid = beside[0] if len(beside) == 1 else None
+    if rigid is None:
+        return _idle(f"{what}{both(ends)} are held together by rigid parts", part)
+    if rigid.name in {d.component for d in dae.declared if d.kind == "energy"}:
+        return _idle(f"{what}both its ends are on `{rigid.name}`, which is rigid", part)
+    idle = _idle(
+        f"{what}`{rigid.name}`, which is rigid, joins the same two parts beside it",
+        part,
+        f"put `{rigid.name}` in series with it: connect one end of `{part.name}` to "
+        f"`{rigid.name}` alone",
+    )
+    return replace(idle, related=(Related(f"`{rigid.name}` is declared here", rigid.span),))
 
 
 def _meant(idle: Diagnostic, end: str, free: Unconnected) -> Diagnostic:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.interruption import Interruption
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held
 from planarc.solve.effort import Effort
@@ -18,7 +19,6 @@ from planarc.solve.events.delays import Delays
 from planarc.solve.events.instants import Schedule
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
-from planarc.solve.once import once
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder
 from planarc.solve.rescue.rescue import Rescue

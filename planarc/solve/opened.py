@@ -14,11 +14,11 @@ from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.places import declaration
 from planarc.ir.program import Program
 from planarc.runtime import external
 from planarc.solve.events.iteration import Events
-from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request, resolve
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import error
 from planarc.ir.kernel import Kernel, taker
+from planarc.ir.once import once
 from planarc.ir.program import Program
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     import numpy as np

@@ -19,8 +19,8 @@ from planarc.core.options import FIXED_STEP, MOST_ROWS, Contacts, RunOptions, So
 from planarc.core.prose import either, listed, ticked
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
+from planarc.ir.once import once
 from planarc.ir.program import Let, ParameterSlot, Program
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector

@@ -18,10 +18,10 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel, Taker
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
 from planarc.solve.messages.text import Reader, taker_of
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     import numpy as np

@@ -18,9 +18,9 @@ from planarc.evaluate.tape import Assigning, prepare_assignments
 from planarc.ir.dae import Action, SetDiscrete
 from planarc.ir.expr import Expr
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.solve.messages.text import OFTEN, Reader
-from planarc.solve.once import once
 
 
 class Branch(Struct):

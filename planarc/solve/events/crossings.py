@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.solve.events.instants import room
 from planarc.solve.events.rounding import Rounding
-from planarc.solve.once import once
 
 #: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14

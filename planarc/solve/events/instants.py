@@ -24,9 +24,9 @@ from planarc.core.source import Span
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages.text import Reader
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     import numpy as np

@@ -29,12 +29,12 @@ from typing import TypeAlias
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
 from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.once import once
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import TimeFunction, known_functions
 from planarc.solve.events.snapshot import LAST_ITERATIONS, Snapshot, most_iterations, snapshot
 from planarc.solve.events.whens import Processed, Whens
-from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 

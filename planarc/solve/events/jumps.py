@@ -12,14 +12,16 @@ Example: `Position(exact=true)` on a step.
 
 from __future__ import annotations
 
+from collections import Counter
+
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir.flat import Part
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.places import is_own, own_part, owner
 from planarc.ir.program import Program
-from planarc.solve.once import once
 
 _JUMP = 1e-5  # in m or rad, or as a share of the larger value: smaller ones are rounding
 
@@ -52,9 +54,13 @@ class Jumps:
     def _jumped(self, name: str, old: float, new: float, t: float) -> Diagnostic:
         program, slot = self._program, self._watched[name]
         part, drives = own_part(program, owner(name)), _drives(program, slot)
+        if not drives and name.startswith("der("):  # who gives the angle gives the speed
+            drives = _drives(program, program.slots.get(name[4:-1], slot))
         given = listed(f"`{p.name}`" for p in drives)
         place = drives[0].span if drives else part.span if part else _derived(program, name)
-        moves = f"der(der({name}))" in program.slots and program.mechanism is not None
+        speed = name.startswith("der(") and bool(drives)
+        moves = speed or f"der(der({name}))" in program.slots
+        moves = moves and program.mechanism is not None
         lost = "the forces that this takes are" if moves else "its derivative is then"
         shown = name if not name.startswith("der(") else _column(program, slot) or name
         return Diagnostic(
@@ -84,7 +90,7 @@ def _derived(program: Program, name: str) -> Span | None:
 
 def _drives(program: Program, slot: int) -> list[Part]:
     """The user's parts beside the mechanism that have this position for a variable: the drive, and
-    the block with its signal."""
+    the block with its signal; not a sensor that it passes."""
     mechanism = program.mechanism
     if mechanism is None:
         return []
@@ -93,8 +99,9 @@ def _drives(program: Program, slot: int) -> list[Part]:
     inside = {*map(owner, frames), *(j.name for j in mechanism.joints)}
     inside |= {name.partition(".")[0] for name in inside}
     owners = dict.fromkeys(owner(c.name) for c in program.columns if c.slot == slot)
-    parts = (own_part(program, o) for o in owners)
-    found = {p.name: p for p in parts if p is not None and p.name not in inside}
+    parts = [(own_part(program, o), o) for o in owners]
+    ends = Counter(p.name for p, o in parts if p is not None and p.name != o)
+    found = {p.name: p for p, _ in parts if p and p.name not in inside and ends[p.name] < 2}
     return list(found.values())
 
 

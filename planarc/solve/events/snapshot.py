@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.once import once
 from planarc.ir.program import Program
-from planarc.solve.once import once
 
 #: Iterations at one instant before it is called endless.
 MOST_ITERATIONS = 100

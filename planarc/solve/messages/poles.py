@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.once import once
 from planarc.ir.places import is_own
 from planarc.ir.program import EquationInfo, Program
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector

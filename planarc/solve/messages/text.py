@@ -13,9 +13,9 @@ from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Message
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from planarc.evaluate.tape import Prepared

@@ -16,9 +16,9 @@ import math
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.mechanism import GROUND
+from planarc.ir.once import once
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
-from planarc.solve.once import once
 
 #: Lengths below this one, in m, suit any mechanism.
 _PLAUSIBLE = 10.0

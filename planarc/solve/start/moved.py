@@ -17,10 +17,10 @@ from math import pi
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.places import declaration, owner
 from planarc.ir.program import CandidateSlot, Program
 from planarc.ir.result import Held
-from planarc.solve.once import once
 from planarc.solve.start.longest import lengths_of_parts
 
 #: Turns that a guess hardly moves by.

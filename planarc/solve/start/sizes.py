@@ -22,10 +22,10 @@ from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Declared
 from planarc.ir.expr import Expr
 from planarc.ir.kernel import Kernel, Taker
+from planarc.ir.once import once
 from planarc.ir.places import own_part
 from planarc.ir.program import Column, Program
 from planarc.solve.messages.text import taker_of
-from planarc.solve.once import once
 
 #: Lengths below this one, in m, suit any mechanism: a heavy rotor whose centre is off by little
 #: measures next to nothing by its frames.

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from msgspec.structs import replace
 
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
-from planarc.solve.once import once
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import newton
 

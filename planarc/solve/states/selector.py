@@ -46,9 +46,9 @@ from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel
 from planarc.ir.newton import NEGLIGIBLE, WORST, WORST_DRIVEN
+from planarc.ir.once import once
 from planarc.ir.places import declaration
 from planarc.ir.program import BlockCode, Program
-from planarc.solve.once import once
 from planarc.solve.solvers.watch import Watch
 from planarc.solve.states.pivoting import choose_columns, largest, sensitivities
 

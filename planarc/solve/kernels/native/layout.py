@@ -8,8 +8,8 @@ import numpy as np
 
 from planarc.core.data import Data
 from planarc.ir.frame import Number, Placement, Record, place
+from planarc.ir.once import once
 from planarc.ir.program import Program
-from planarc.solve.once import once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

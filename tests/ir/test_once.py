@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from planarc.solve.once import MOST, once
+from planarc.ir.once import MOST, once
 
 
 def test_each_program_is_looked_at_once_while_it_is_remembered() -> None:
