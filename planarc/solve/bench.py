@@ -19,6 +19,7 @@ from planarc.solve.events.delays import Delays
 from planarc.solve.events.instants import Schedule
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
+from planarc.solve.events.passed import Passed
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder
 from planarc.solve.rescue.rescue import Rescue
@@ -45,6 +46,7 @@ class Bench:
         self._jumps = Jumps(program, kernel)
         self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
         self.events = Events(program, kernel, request, self.rescue)
+        self._passed = Passed(self.events.crossings)
         self._chatter = Chatter(program, self.events.crossings, request, self.events.touches)
         self.schedule = Schedule(program, kernel, request.start, request.stop)
         self.asserts = AssertWatch(program, kernel)

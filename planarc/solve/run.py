@@ -161,6 +161,7 @@ class Run(Begun):
             self._event(t, crossing, fired)
             return True
         if march.outcome is Outcome.ROOT:
+            self.ended = self._chatter.vain(t, march.directions)
             self.restart(t, self.integrator.y, self._chatter.step or self.integrator.last_step())
             return True
         if same(self.delays.next(t - 4 * room(t)), t):
@@ -202,6 +203,8 @@ class Run(Begun):
         self.delays.kink(t)
         before = self._jumps.values()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
+        if crossing and done.ended is None:
+            self._passed.note(t, done.y, crossing, done.reset)
         others, own = self.events.others(causes, owners)
         if done.told or others or not causes:
             own = ("",) * len(done.told) + own
@@ -282,6 +285,7 @@ class Run(Begun):
         self._check_asserts(True)
         if self.ended is not None:
             return
+        self.warnings += self._passed.judge(self.integrator.t, self.integrator.y)
         if self.events.finish():  # nothing comes after it
             t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)

@@ -1,8 +1,8 @@
 """Chattering: events that follow each other without end.
 
-Two kinds end a run, instead of letting it creep on: many events within next to no time,
-and one relation that switches again and again by less than the integrator resolves (a
-ball that bounces to its rest).
+Three kinds end a run, instead of letting it creep on: many events within next to no time, one
+relation that switches again and again by less than the integrator resolves (a ball that bounces to
+its rest), and one whose zero the integrator finds again and again though it does not switch.
 """
 
 from __future__ import annotations
@@ -49,6 +49,7 @@ class Chatter:
         self._last_switch: dict[int, float] = {}  # of each relation
         self._truth: dict[int, bool] = {}  # that it took then
         self._tiny: dict[int, int] = {}  # switches in a row too small to be resolved
+        self._vain: list[float] = []  # roots in a row at which nothing switched
 
     def note(self, t: float, crossing: Mapping[int, bool], rises: Sequence[float]) -> None:
         """Relations that cross zero at a root that the integrator found."""
@@ -73,6 +74,17 @@ class Chatter:
             since = t - self._last_switch.get(i, t)
             if since > 0 and self._truth[i] == truth:
                 self.step = min(since * FIRST, self.step or math.inf)
+
+    def vain(self, t: float, directions: Sequence[int]) -> Diagnostic | None:
+        """The reason to end the run at a root at which nothing switched, or None."""
+        self._vain.append(t)
+        if len(self._vain) <= CHATTER_COUNT:
+            return None
+        if t - self._vain.pop(0) >= CHATTER_TIME * self._span:
+            return None
+        relations = self._program.relations
+        found = [i for i, d in enumerate(directions) if d and i not in self._touches]
+        return self._told(t, [relations[i].text for i in found]) if found else None
 
     def judge(
         self, t: float, crossing: Iterable[int], causes: tuple[str, ...]

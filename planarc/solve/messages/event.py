@@ -58,7 +58,9 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     owners += [d.name.rpartition(".")[0] for d in program.discretes]
     columns = zip(*values, strict=True)
     restless = [i for i, found in enumerate(columns) if len(set(found)) > 1]
-    culprits = ", ".join(names[i] for i in restless[:4]) or "the when-clauses"
+    shown = [i for i in restless if not names[i].startswith("`$")]  # those of our own are none
+    restless = shown or restless
+    culprits = ", ".join(names[i] for i in shown[:4]) or "the when-clauses"
     switch = "switches" if len(restless) == 1 else "switch"
     hint = "break the loop with `pre(...)`, or make the relation's two sides agree"
     first = len(program.relations)
@@ -111,6 +113,26 @@ def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str])
         "off at different values, or make the jump smooth",
     )
     return point_home(program, found, first.component if first else "")
+
+
+def passed(
+    program: Program, kernel: Kernel, number: int, since: float, reset: Sequence[str]
+) -> Diagnostic:
+    """The warning of a bound at which a `reinit` held back what went on behind it. The workspace is
+    that of the end."""
+    relation = program.relations[number]
+    part = ", or take a part that touches, as `Contact`" if program.mechanism is not None else ""
+    found = Diagnostic(
+        "R444",
+        f"{_named(relation)} does not switch back after t = {since:.6g} s: `reinit` of "
+        f"{trouble.names(reset)} stops the motion for an instant, then it goes on behind that bound"
+        f"{_sides(program, kernel, relation)} at the end",
+        relation.span,
+        Severity.WARNING,
+        hint="a `when` acts once, at the instant at which its condition becomes true: let a force "
+        f"hold there what is to rest{part}",
+    )
+    return point_home(program, found, relation.component)
 
 
 #: Values below this are told as such: their digits depend on the machine.

@@ -1,0 +1,65 @@
+"""Bounds that a `reinit` holds something back at, and that it passes all the same.
+
+In:   what each event set anew, and which relations became true at it
+Out:  a warning R444 for the first bound that is left far behind when the run is over
+
+A `when` acts once, at the instant at which its condition becomes true. Where its `reinit` stops
+what moves on a bound, it goes on behind the bound: the condition stays true, and nothing acts
+again.
+
+Example: `when h <= 0 then reinit(v, -e*pre(v)); end when;` with e = 0. The ball stops for an
+instant, and falls through the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from planarc.core.diagnostic import Diagnostic
+from planarc.solve.events.crossings import Crossings
+
+#: The part of its largest size that a zero function is beyond its bound where it has passed it, and
+#: by which it may move on there, within a short time, and still be held back.
+_BEYOND, _HELD = 1e-2, 1e-12
+
+
+class Passed:
+    """The relations whose last switch was held back, and when."""
+
+    def __init__(self, crossings: Crossings) -> None:
+        self._crossings = crossings
+        self._held: dict[int, tuple[float, Sequence[str]]] = {}
+
+    def note(
+        self, t: float, y: Sequence[float], crossing: Mapping[int, bool], reset: Sequence[str]
+    ) -> None:
+        """Relations that switched at an event, after which the run goes on from `y`; the states of
+        which it `reset` some. The workspace is left elsewhere."""
+        for i in crossing:
+            self._held.pop(i, None)
+        rises = self._crossings.rises(t, y) if reset else None
+        if rises is None:
+            return
+        for i, truth in crossing.items():
+            into = -rises[i] if truth else rises[i]  # below zero it is true
+            if into <= _HELD * self._crossings.largest[i]:
+                self._held[i] = (t, reset)
+
+    def forget(self, switched: Iterable[int]) -> None:
+        """Relations that switched without an event of their own."""
+        for i in switched:
+            self._held.pop(i, None)
+
+    def judge(self, t: float, y: Sequence[float]) -> tuple[Diagnostic, ...]:
+        """The warning at the end of a run."""
+        crossings = self._crossings
+        if not self._held or crossings.evaluate(t, y) != 0 or crossings.kernel.outputs(t, y) != 0:
+            return ()
+        from planarc.solve.messages.event import passed
+
+        truths, now, largest = crossings.truths(), crossings.now, crossings.largest
+        for i, (since, reset) in self._held.items():
+            beyond = -now[i] if truths[i] else now[i]
+            if beyond > _BEYOND * largest[i]:
+                return (passed(crossings.program, crossings.kernel, i, since, reset),)
+        return ()
