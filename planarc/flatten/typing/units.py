@@ -18,7 +18,7 @@ The file is long because what is certain of a unit and what is told of it are on
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
@@ -109,8 +109,9 @@ class Checker(Struct):
         """A unit as it was declared, where it is that of a variable."""
         if isinstance(side, str):
             return side
-        name = side.name if isinstance(side, flat.Reference) else ""
-        return self.declared.get(name) or _text(known)
+        names = () if side is None else references(side)
+        texts = (self.declared.get(n) for n in names if self.units.get(n) == known)
+        return next((t for t in texts if t), None) or _text(known)
 
     def agree(
         self, what: str, a: Known, b: Known, span: Span, sides: Sides = (None, None)
@@ -141,8 +142,7 @@ class Checker(Struct):
                 values = [self.of(v) for _, v in branches] + [self.of(otherwise)]
                 return self.together("the branches of `if`", values, e.span)
             case flat.Array(items=items):
-                values = [self.of(i) for i in items]
-                return values[0] if values and all(v == values[0] for v in values) else None
+                return shared([self.of(i) for i in items])
             case flat.Index(base=base):
                 return self.of(base)
             case flat.Builtin():
@@ -150,6 +150,18 @@ class Checker(Struct):
             case flat.Call():
                 return self.call(e)
         return None
+
+    def entries(
+        self, what: str, own: Known, e: flat.Expression, span: Span, itself: flat.Expression
+    ) -> None:
+        """Compare a value with what it is given to: the entries of an array apart where they have
+        units of several kinds."""
+        given = self.of(e)
+        if isinstance(e, flat.Array) and given is None:
+            for item in e.items:
+                self.entries(what, own, item, item.span, itself)
+            return
+        self.agree(what, own, given, span, (itself, e))
 
     def together(self, what: str, values: list[Known], span: Span) -> Known:
         return reduce(lambda a, b: self.agree(what, a, b, span), values)
@@ -334,7 +346,9 @@ class Checker(Struct):
             return
         if self.zeros(left, right):
             self.report_zeros(what, e.span)
-        self.agree(what, self.of(left), self.of(right), e.span, (left, right))
+        if isinstance(left, flat.Array):
+            left, right = right, left
+        self.entries(what, self.of(left), right, e.span, left)
 
     def name(self, variable: flat.Variable) -> None:
         """A unit that cannot be read, and one for display that measures something else."""
@@ -367,7 +381,7 @@ class Checker(Struct):
                 names = f"`{variable.name}` and its {what}"
                 itself = flat.Reference(variable.type, variable.span, variable.name)
                 given, told = self.of(value), len(self.found)
-                self.agree(names, own, given, value.span, (itself, value))
+                self.entries(names, own, value, value.span, itself)
                 if own and given and len(self.found) > told:
                     place = variable.name, own, given, value.span
                     self.values.append(_Misfit(*place, told))
@@ -401,6 +415,26 @@ class Checker(Struct):
 _TEXT_BEHIND = re.compile(r'\s*"([^"\s]{1,12})"')
 
 
+def references(e: flat.Expression) -> list[str]:
+    """The variables that an expression names, in their order."""
+    match e:
+        case flat.Reference(name=name):
+            return [name]
+        case flat.Unary(operand=operand):
+            return references(operand)
+        case flat.Binary(left=left, right=right):
+            return references(left) + references(right)
+        case flat.Array(items=items):
+            return [name for item in items for name in references(item)]
+    return []
+
+
+def shared(values: Iterable[Known]) -> Known:
+    """The unit of those of an array's entries that have one, if it is the same one."""
+    known = {v for v in values if v is not None}
+    return known.pop() if len(known) == 1 else None
+
+
 def _agree(a: Dimension, b: Dimension) -> bool:
     return a[:-1] == b[:-1] and abs(_scale(a) - _scale(b)) < _SAME_SCALE
 
@@ -427,9 +461,15 @@ def is_plain_number(e: flat.Expression) -> bool:
             return value in _PLAIN_NUMBERS
         case flat.Unary(operand=operand):
             return is_plain_number(operand)
+        case flat.Array(items=items):
+            return all(_is_zero(i) or is_plain_number(i) for i in items)
         case flat.Binary(op="*" | "/", left=left, right=right):
             return is_plain_number(left) and is_plain_number(right)
     return False
+
+
+def _is_zero(e: flat.Expression) -> bool:
+    return isinstance(e, flat.Literal) and e.value == 0
 
 
 class UnitCheck(Enum):
