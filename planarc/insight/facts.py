@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from planarc.ir.result import Result
 
 MOST_NAMES = 12
+#: The part of the energy exchanged up to which a balance is said to hold.
+_HOLDS = 0.02
 
 
 def count_text(mechanism: Mechanism) -> str:
@@ -101,7 +103,8 @@ def energy_facts(found: Energies | None) -> list[tuple[str, str]]:
         amount = float(np.max(np.abs(found.untold)))
         by = _names([f"`{name}`" for name in found.strangers])
         rows.append(("energy not told", f"up to {amount:.4g} J, exchanged by {by}"))
-    return [*rows, ("energy balance", f"holds to {error:.1g} of the energy exchanged")]
+    how = "holds to" if error < _HOLDS else "is off by"
+    return [*rows, ("energy balance", f"{how} {error:.1g} of the energy exchanged")]
 
 
 def _number(count: int, one: str, many: str) -> str:

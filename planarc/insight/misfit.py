@@ -373,12 +373,34 @@ def _left_open(
     if mechanism is not None and first in (j.name for j in mechanism.joints):
         free = open_apart(dae, mechanism)
         joined = f"`{free}`, which is open too" if free else "a part that it moves or stands on"
+    hint = f"connect `{ends[0]}` to {joined}, or leave `{first}` out"
+    related: tuple[Related, ...] = ()
+    both_there = _at_the_other_end(dae, ends[0])
+    if len(ends) == 1 and len(both_there) > 1 and "open too" not in joined:
+        others = [c.right if owner(c.left) == first else c.left for c in both_there]
+        there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == first)
+        hint = f"{both(others)} are both connected to `{there}`: connect one of them to "
+        hint += f"`{ends[0]}` instead"
+        related = (Related("the second of them", both_there[-1].span),)
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
         place(dae, first),
-        hint=f"connect `{ends[0]}` to {joined}, or leave `{first}` out",
+        hint=hint,
+        related=related,
     )
+
+
+def _at_the_other_end(dae: Dae, end: str) -> list[Connect]:
+    """The user's connections of other parts with the other end of a part of two, where there are
+    two: one of them was meant for the open end."""
+    frames = find_frames(v.name for v in dae.variables)
+    part = owner(end)
+    others = [f for f in frames if owner(f) == part and f != end]
+    if len(others) != 1 or end not in frames:
+        return []
+    here = [c for c in dae.connects if others[0] in (c.left, c.right) and is_own(dae, c.span)]
+    return here if len(here) == 2 else []
 
 
 def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations
 
-from planarc.core.prose import listed
+from planarc.core.prose import both, listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
 from planarc.ir.places import own_names
 from planarc.ir.program import Program
 from planarc.solve.messages import trouble
+
+#: The part of the longest that bars may be off a straight line.
+_IN_LINE = 1e-5
 
 
 def loop_names(program: Program, components: Sequence[str]) -> str:
@@ -91,6 +94,67 @@ def lengths_in_loop(
         length = max((math.dist(*pair) for pair in combinations(points, 2)), default=0.0)
         if length > 0:
             found[name] = length
+    return found
+
+
+def too_far_apart(
+    program: Program, kernel: Kernel, components: Collection[str], open_at: str, gap: float
+) -> str:
+    """A sentence about the longest bar of a loop of pins, or its bearings on the ground, where all
+    other bars together do not reach from one end to the other; empty where they do, or where a
+    link is more than one bar.
+
+    The workspace is where the loop is as near to closed as can be: then all bars are in line, and
+    the one that is `open_at` is seen longer or shorter by the `gap` in m.
+    """
+    mechanism = program.mechanism
+    joints = list({j.name: j for j in loop_joints(program, components)}.values())
+    at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+    if mechanism is None or not all(_is_pin(j, at) for j in joints):
+        return ""
+    lengths: dict[str, float] = {}
+    for number in {i for j in joints for i in j.links}:
+        link = mechanism.links[number]
+        ends = {f for j in joints for f in j.frames if f in link.frames}
+        bars = own_names(program, _bars(link))
+        frames = [f for f in link.frames if bars and f.rpartition(".")[0] == bars[0]]
+        if number == GROUND:
+            frames = _bearings(link, ends, at, {j.name for j in mechanism.joints})
+            bars = own_names(program, (f.rpartition(".")[0] for f in frames))
+        known = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in frames if f"{f}.r[2]" in at]
+        if len(known) != 2 or len(ends) != 2 or (number != GROUND and len(bars) != 1):
+            return ""
+        lengths[both(bars)] = math.dist(*known)
+    longest = max(lengths, key=lambda name: lengths[name], default="")
+    others = [name for name in lengths if name != longest]
+    length, reach = lengths.get(longest, 0.0), sum(lengths[name] for name in others)
+    if not others or abs(length - reach) > _IN_LINE * length:
+        return ""
+    if longest == both([open_at]):
+        length += gap
+    else:
+        reach -= gap
+    verb, what = ("are", "apart") if " and " in longest else ("is", "long")
+    along = [f"the way from {o.replace(' and ', ' to ')}" if " and " in o else o for o in others]
+    return f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
+
+
+def _is_pin(joint: Joint, columns: Collection[str]) -> bool:
+    """Whether a joint holds two points together and lets them turn."""
+    plain = joint.conditions == 2 and joint.count == 1 and len(joint.frames) == 2
+    return plain and f"{joint.name}.phi" in columns and f"{joint.name}.s" not in columns
+
+
+def _bearings(
+    ground: Link, ends: Collection[str], at: Mapping[str, float], joints: Collection[str]
+) -> list[str]:
+    """The frames of parts on the ground that stand where the ends of joints do."""
+    fixed = [f for f in ground.frames if f.rpartition(".")[0] not in joints and f"{f}.r[2]" in at]
+    found = []
+    for end in sorted(ends):
+        here = at.get(f"{end}.r[1]", math.nan), at.get(f"{end}.r[2]", math.nan)
+        near = (f for f in fixed if math.dist(here, (at[f"{f}.r[1]"], at[f"{f}.r[2]"])) < 1e-9)
+        found.extend([f for f in near if f not in found][:1])
     return found
 
 

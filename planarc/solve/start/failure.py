@@ -5,6 +5,7 @@ The file is long because a start fails in several ways, and each message asks th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from operator import add
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names
+from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names, too_far_apart
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
 from planarc.solve.start.apart import squares_apart, unit_of, units_in
@@ -183,6 +184,7 @@ def _not_assembled(
     given = given_in_loop(system.program, system.kernel, parts) if is_loop else ""
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
+    far = _too_far(system, root, parts, worst) if is_loop and not given else ""
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
@@ -206,7 +208,9 @@ def _not_assembled(
             "R412",
             f"the loop of {loop} cannot be assembled{turned}" if is_loop else what,
             hint=(
-                "check what is given, and lengths: the parts do not reach each other"
+                f"change a length: {far}"
+                if far
+                else "check what is given, and lengths: the parts do not reach each other"
                 if given
                 else "check lengths: the parts do not reach each other"
                 if is_loop
@@ -214,11 +218,25 @@ def _not_assembled(
                 if twice
                 else "change a parameter, or start nearer to a solution"
             )
-            + ("" if twice else _largest_move(system.program, columns, root.point, u0))
+            + ("" if twice or far else _largest_move(system.program, columns, root.point, u0))
             + (spare_ground(system.program) if is_loop else ""),
         ),
         worst,
     )
+
+
+def _too_far(
+    system: System,
+    root: newton.Root,
+    parts: Sequence[str],
+    worst: Sequence[tuple[float, EquationInfo]],
+) -> str:
+    """The lengths of a loop that is too short or too long by what it stays open."""
+    if not worst or system(root.point) is None:
+        return ""
+    open_at = own_names(system.program, [worst[0][1].component])[0]
+    gap = math.hypot(*root.residuals)
+    return too_far_apart(system.program, system.kernel, parts, open_at, gap)
 
 
 def _held_against(

@@ -91,9 +91,9 @@ def _judged(program: Program) -> tuple[Taker | None, dict[tuple[float, ...], _Fo
 
 
 def _find(program: Program, kernel: Kernel) -> _Found:
-    read = _reader(program, kernel)
+    read = reader_of(program, kernel)
     sizes = {
-        (d.component, d.name): (d, _value(read, d.value))
+        (d.component, d.name): (d, value_of(read, d.value))
         for d in program.declared
         if d.kind == "size" and isinstance(d.value, Expr)
     }
@@ -110,7 +110,7 @@ def _find(program: Program, kernel: Kernel) -> _Found:
 
 def _extent(program: Program, kernel: Kernel) -> float:
     """The diagonal of the box around all places."""
-    columns, read = _columns(program), _reader(program, kernel)
+    columns, read = _columns(program), reader_of(program, kernel)
     links = program.mechanism.links if program.mechanism is not None else ()
     frames = [f"{frame}.r" for link in links for frame in link.frames]
     places = [
@@ -121,7 +121,7 @@ def _extent(program: Program, kernel: Kernel) -> float:
     for declared in program.declared:
         if declared.kind == "point" and isinstance(declared.value, tuple):
             point = (e for e in declared.value if isinstance(e, Expr))
-            places.append(tuple(_value(read, e) for e in point))
+            places.append(tuple(value_of(read, e) for e in point))
     sides = [max(along) - min(along) for along in zip(*places, strict=True)]
     return math.hypot(*sides)
 
@@ -131,7 +131,8 @@ def _columns(program: Program) -> Mapping[str, Column]:
     return {c.name: c for c in program.columns}
 
 
-def _reader(program: Program, kernel: Kernel) -> Callable[[Expr], float]:
+def reader_of(program: Program, kernel: Kernel) -> Callable[[Expr], float]:
+    """What evaluates an expression of variables at the workspace's point."""
     columns = _columns(program)
 
     def leaf(e: Expr) -> float:
@@ -141,7 +142,7 @@ def _reader(program: Program, kernel: Kernel) -> Callable[[Expr], float]:
     return lambda e: float(evaluate(e, leaf))
 
 
-def _value(read: Callable[[Expr], float], e: Expr) -> float:
+def value_of(read: Callable[[Expr], float], e: Expr) -> float:
     """Not a number where there is no value."""
     try:
         return read(e)
