@@ -51,6 +51,7 @@ def drive(
     driven = model.drive(
         motions, stop_time=stop, intervals=intervals, parameters=values, start=starts
     )
+    console.complain(driven.result.warnings)
     if output is not None:
         from planarc.view.table.files import write_table
         from planarc.view.table.origin import Origin

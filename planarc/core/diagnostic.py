@@ -74,8 +74,16 @@ class Varies(UngivenOnce):
     """A variable stands where a value is wanted that never changes; `kind` is its name."""
 
 
+class Unconnected(Diagnostic):
+    """The warning that nothing is connected to a connector that was asked for."""
+
+    connector: str = ""
+
+
 class Loose(Diagnostic):
-    """Parts that nothing joins to the ground."""
+    """Parts that nothing joins to the ground; `open` are connectors of theirs that are free."""
+
+    open: tuple[str, ...] = ()
 
 
 class Locked(Diagnostic):
@@ -153,11 +161,18 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
 
 
 def in_one(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Warnings; that a world is missing and that nothing stands on it is one of them, and one that
-    stands as a note at another one is not told by itself."""
+    """Warnings; that a world is missing and that nothing stands on it is one of them, and so is
+    that parts are loose and that the end is free by which they are. One that stands as a note at
+    another one is not told by itself."""
     every = tuple(warnings)
     notes = {(r.message, r.span) for w in every for r in w.related}
-    found = [w for w in every if (w.message, w.span) not in notes]
+    free = {end for w in every if isinstance(w, Loose) for end in w.open}
+    found = [
+        w
+        for w in every
+        if (w.message, w.span) not in notes
+        and not (isinstance(w, Unconnected) and w.connector in free)
+    ]
     declared = (k for k, w in enumerate(found) if isinstance(w.mend, Declare))
     world, loose = next(declared, None), [w for w in found if isinstance(w, Loose)]
     if world is None or not loose:

@@ -209,7 +209,8 @@ def _unheld(
         hint += "; if all are meant to fly freely, write start values for one of the bodies"
     if group.instead:
         first, message, hint = group.sensors[0], hang(names, group), replacing(group)
-    return Loose("S321", message, place(dae, _part(first)), severity, hint=hint)
+    span = place(dae, _part(first))
+    return Loose("S321", message, span, severity, hint=hint, open=group.open)
 
 
 def _open_beside(dae: Dae, mechanism: Mechanism, group: Group) -> tuple[str, ...]:

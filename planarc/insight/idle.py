@@ -21,14 +21,14 @@ from collections.abc import Collection, Iterator, Mapping
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.core.diagnostic import Diagnostic, Related, Severity, Unconnected
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
 from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
 from planarc.insight.sensors import find_ends, find_sensors, hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Op, postorder
-from planarc.ir.flat import Misplaced, Part, StateSelect, Unconnected
+from planarc.ir.flat import Misplaced, Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_part
 

@@ -472,12 +472,6 @@ class Misplaced(Diagnostic):
     component: str = ""
 
 
-class Unconnected(Diagnostic):
-    """The warning that nothing is connected to a connector that was asked for."""
-
-    connector: str = ""
-
-
 class FlatModel(Located):
     name: str
     variables: tuple[Variable, ...]

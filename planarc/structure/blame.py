@@ -21,6 +21,7 @@ from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, Kind, SetDiscrete, Variable
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.structure.places import owner_span
+from planarc.structure.slopes import likely_slope
 from planarc.structure.unmatched import Misfit, is_own
 
 _SHOWN = 4  # equations and names in one message
@@ -46,7 +47,8 @@ def explain_misfit(
         named = dict.fromkeys(_whole_or_entry(n, open_inputs, inputs) for n in open_inputs)
         under = tuple(_not_connected(dae, name) for name in [*named][:_SHOWN])
     if others := [n for n in own if n not in inputs]:
-        under += (_undecided(others, known[others[0]], misfit.naming),)
+        slope = likely_slope(dae, known[others[0]]) if len(others) == 1 else None
+        under += (_undecided(others, known[others[0]], misfit.naming, slope),)
     return over, under
 
 
@@ -75,6 +77,8 @@ def _surplus(dae: Dae, misfit: Misfit) -> Diagnostic:
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
         message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
+        if len(rivals) > 1 == len({e.shown for e in rivals}):
+            message = f"{rivals[0].shown} stands here again: 1 equation too many"
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last, alone) if surplus == 1 else None
@@ -323,13 +327,16 @@ def _moves(name: str, equations: Iterable[Equation]) -> bool:
     return any(e.op is Op.SYMBOL and e.data == (name, 1) for e in postorder(sides))
 
 
-def _undecided(names: Sequence[str], first: Variable, naming: Sequence[Equation]) -> Diagnostic:
+def _undecided(
+    names: Sequence[str], first: Variable, naming: Sequence[Equation], likely: str | None = None
+) -> Diagnostic:
+    such = f", such as `{likely}`," if likely else ""
     others = tuple(Related(f"{e.shown} decides something else", e.span) for e in naming[:_SHOWN])
     return Diagnostic(
         "S303",
         f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}",
         first.span,
-        hint=f"write an equation for `{first.name}`, or a value where it is declared",
+        hint=f"write an equation for `{first.name}`{such or ','} or a value where it is declared",
         related=others,
     )
 

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Unconnected
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
 from planarc.ir.expr import Op, postorder, text
-from planarc.ir.flat import Part, Unconnected
+from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
 from planarc.structure.blame import explain_misfit

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
@@ -49,6 +50,9 @@ if TYPE_CHECKING:
 
 #: The coordinate of a joint, and the effort that belongs to it.
 EFFORTS = {"phi": "tau", "s": "f"}
+#: Times at which a motion is looked at for a jump, halvings of the longest way, and the part of the
+#: largest position that a jump is at least.
+_TIMES, _HALVINGS, _SLIGHT = 200, 30, 1e-6
 #: Names of what is added to the model.
 _ADDED = "planarcMotion"
 
@@ -115,6 +119,7 @@ def drive(
     }
     starts = start_values(program, start)
     for k, motion in functions.items():
+        _refuse_jump(coordinates[k], motion, begin, stop)
         starts |= _start_at(program, coordinates[k], motion(begin))
     options = replace(options, values=settable, starts=starts)
     inner = compiled.load()
@@ -138,6 +143,30 @@ def _refuse_unknown_times(motions: Mapping[str, Signal | str], begin: float, sto
                 f"the run goes from {begin:g} s to {stop:g} s",
                 hint="give other times, or a longer table",
             )
+
+
+def _refuse_jump(coordinate: str, motion: Motion, begin: float, stop: float) -> None:
+    """Refuse a function whose position jumps: where it moves most between two of many times, that
+    way does not get shorter with the time."""
+    times = [begin + (stop - begin) * k / _TIMES for k in range(_TIMES + 1)]
+    values = [motion(t)[0] for t in times]
+    ways = [abs(b - a) for a, b in pairwise(values)]
+    k = max(range(_TIMES), key=lambda i: ways[i])
+    (first, last), (old, new) = times[k : k + 2], values[k : k + 2]
+    for _ in range(_HALVINGS):
+        middle = (first + last) / 2
+        value = motion(middle)[0]
+        if abs(value - old) > abs(new - value):
+            last, new = middle, value
+        else:
+            first, old = middle, value
+    if abs(new - old) > ways[k] / 2 and abs(new - old) > _SLIGHT * max(map(abs, values)):
+        raise usage_error(
+            "C217",
+            f"the motion of `{coordinate}` jumps from {old:.4g} to {new:.4g} at t = {last:.4g} s, "
+            "which no force can do",
+            hint="let it pass there without a jump; angles are in rad",
+        )
 
 
 def _effort(program: Program, coordinate: Any) -> str:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from planarc.core.diagnostic import PlanarcError, Severity
+from planarc.core.diagnostic import PlanarcError, Severity, Unconnected
 from planarc.core.mend import Meant
 from planarc.core.nearest import nearest
 from planarc.core.source import Span
@@ -89,7 +89,7 @@ def _check_unconnected(
             asks = wanted.isidentifier() and wanted not in why
             mend = f"connect it, or leave out `{wanted}=true`" if asks else None
             session.warnings.append(
-                flat.Unconnected(
+                Unconnected(
                     "F319", told, owner.span, Severity.WARNING, mend, connector=connector.name
                 )
             )

@@ -149,7 +149,8 @@ def _missing(element: Element, definition: syntax.Component, root: Instance) -> 
             f"`{element.name}` is declared without `inner`: the parts of the model do not find it"
         )
         place = root.layout.members[element.name][1].span
-        hint = f"write `{inner}`"
+        own = " ".join(place.text.split())  # with its modifiers
+        hint = f"write `{inner.removesuffix(f'{element.name};')}{own or element.name};`"
         return error("F261", message, place, hint=hint, related=asked, mend=MakeInner())
     message = f"no `{inner[:-1]}` is declared, which a part of the model asks for"
     hint, place = f"declare `{inner}` in `{root.cls.name}`", root.cls.definition.name_span

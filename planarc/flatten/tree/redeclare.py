@@ -134,7 +134,9 @@ def _check_fit(element: Element, cls: Class) -> None:
         old = name_span(element.definition)
         if redeclaration is not None:
             new = name_span(redeclaration.element)
-            raise _does_not_fit(element, old, new, own, wanted, reason)
+            raise _does_not_fit(
+                element, old, new, _named(redeclaration.element, own), wanted, reason
+            )
         message = f"`{element.name}` does not fit its constraint `{wanted.name}`: {reason}"
         raise error("F242", message, old)
 
@@ -146,11 +148,17 @@ def _declared_class(element: Element) -> Class:
     return Class(definition, element.scope, element.name, NO_MOD, element.entry)
 
 
-def _does_not_fit(
-    element: Element, old: Span, new: Span, cls: Class, wanted: Class, reason: str
-) -> PlanarcError:
+def _named(new: syntax.Component | syntax.ClassDef, cls: Class) -> str:
+    """A class as it is written where it is to replace another one."""
     body = cls.definition.body
-    name = body.base if isinstance(body, syntax.ShortClass) else cls.definition.name
+    if isinstance(new, syntax.Component):
+        return str(new.type)
+    return str(body.base) if isinstance(body, syntax.ShortClass) else cls.definition.name
+
+
+def _does_not_fit(
+    element: Element, old: Span, new: Span, name: str, wanted: Class, reason: str
+) -> PlanarcError:
     message = f"`{name}` cannot replace `{element.name}`: {reason}"
     is_component = isinstance(element.definition, syntax.Component)
     hint = _what_fits(element, wanted) if is_component else None

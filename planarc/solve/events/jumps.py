@@ -13,6 +13,7 @@ Example: `Position(exact=true)` on a step.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import listed
@@ -70,10 +71,22 @@ class Jumps:
             place,
             Severity.WARNING,
             hint=f"let {given or 'what drives it'} move it without jumps, for example by "
-            "`KinematicPTP2`"
+            f"`KinematicPTP2`{_ways_out(program, drives)}"
             if drives or moves
             else "smooth what jumps, or leave its derivative out",
         )
+
+
+def _ways_out(program: Program, drives: Iterable[Part]) -> str:
+    """What parameters of the drive and of its signal may be set to."""
+    names, told = {c.name for c in program.columns}, ""
+    for part in drives:
+        if f"{part.name}.smoothness" in names:
+            told += f"; or give `{part.name}` `smoothness = "
+            told += "Modelica.Blocks.Types.Smoothness.ContinuousDerivative`"
+        if f"{part.name}.exact" in names:
+            told += f"; or let `{part.name}(exact = false)` follow it"
+    return told
 
 
 def _column(program: Program, slot: int) -> str | None:
