@@ -16,6 +16,7 @@ Reference: Modelica Language Specification 3.6, appendix A.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,11 +119,20 @@ def read(start: str, span: Span) -> Reading:
                 language.build.begin(span)
                 whole = salvage(language.table, start, tokens, mended)
                 tree = run(language.table, language.reductions, start, whole)
+    lexical = [e for e in lexical if not _in_text(e, errors)]
     found = sorted((*lexical, *errors), key=lambda e: e.span.start if e.span else 0)
     every: dict[tuple[object, ...], Diagnostic] = {}
     for e in found:
         every.setdefault((e.code, e.kind if isinstance(e, Once) else (e.message, e.span)), e)
     return Reading(tree, tuple(every.values()))
+
+
+def _in_text(error: Diagnostic, errors: Sequence[Diagnostic]) -> bool:
+    """Whether a character stands in a text that only lacks its quotes."""
+    from planarc.parse.repair.quotes import Unquoted
+
+    texts = [e.span for e in errors if isinstance(e, Unquoted) and e.span]
+    return any(error.span and t.start <= error.span.start < t.end for t in texts)
 
 
 def _errors_beside(language: Language, errors: list[Diagnostic]) -> list[Diagnostic]:

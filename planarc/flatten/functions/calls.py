@@ -11,7 +11,7 @@ Reference: Modelica Language Specification 3.6, sections 8.3.6 to 8.3.8 and 12.3
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
@@ -21,6 +21,7 @@ from planarc.flatten.functions.values import call_of_argument, function_class
 from planarc.flatten.refusal import for_each, unsupported
 from planarc.flatten.terms.conform import expect, expect_scalar
 from planarc.flatten.terms.constant import to_expression
+from planarc.flatten.terms.quotes import meant_as_text
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import function_of, layout_of
 from planarc.flatten.tree.nodes import Class, Env
@@ -202,8 +203,7 @@ def type_assert(call: syntax.Call, env: Env) -> tuple[flat.Assert, ...]:
     assert condition is not None and message is not None
     typed = env.typed(condition)
     expect_scalar(typed, (flat.Base.BOOLEAN,), "the condition of `assert`")
-    text = env.typed(message)
-    expect(flat.STRING, text, "the message of `assert`")
+    text = _message(message, "`assert`", env)
     warning = False
     if level is not None:
         typed_level = env.typed(level)
@@ -216,9 +216,17 @@ def type_assert(call: syntax.Call, env: Env) -> tuple[flat.Assert, ...]:
 def type_terminate(call: syntax.Call, env: Env) -> tuple[flat.Terminate, ...]:
     (message,) = _arguments(call, ("message",), 1)
     assert message is not None
-    text = env.typed(message)
-    expect(flat.STRING, text, "the message of `terminate`")
+    text = _message(message, "`terminate`", env)
     return (flat.Terminate(call.span, env.component, text),)
+
+
+def _message(message: syntax.Expression, of: str, env: Env) -> flat.Expression:
+    try:
+        text = env.typed(message)
+    except PlanarcError as problem:
+        raise meant_as_text(problem, message.span) from None
+    expect(flat.STRING, text, f"the message of {of}")
+    return text
 
 
 def type_impact(call: syntax.Call, env: Env) -> tuple[flat.Impact, ...]:

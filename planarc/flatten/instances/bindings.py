@@ -25,6 +25,7 @@ from planarc.core.prose import counted
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
 from planarc.flatten.terms.constant import Value
+from planarc.flatten.terms.quotes import meant_as_text, quoted
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import Binding, Env, Instance, Leaf, Mod, State, silent
@@ -100,6 +101,8 @@ def _with_type(leaf: Leaf, problem: PlanarcError) -> PlanarcError:
     first = next(iter(problem.diagnostics), None)
     if first is None or first.code != "F210" or first.span is None:
         return problem
+    if leaf.type.base is flat.Base.STRING and leaf.mod.binding is not None:
+        return meant_as_text(problem, leaf.mod.binding.span)
     name = first.span.text
     meant = [name] if name in leaf.type.literals else nearest(name, leaf.type.literals)
     if not meant:
@@ -241,9 +244,16 @@ def _text(mod: Mod, name: str, leaf: Leaf) -> str:
     binding = mod.sub(name).binding
     if binding is None:
         return ""
-    value = _known(_first_scalar(type_binding(binding)), name, leaf)
-    if not isinstance(value, str):
-        raise error("F270", f"the attribute `{name}` must be a String", binding.span)
+    try:
+        typed = _first_scalar(type_binding(binding))
+    except PlanarcError as problem:
+        raise meant_as_text(problem, binding.span) from None
+    if typed.type.base is not flat.Base.STRING:
+        written = quoted(binding.span)
+        hint = f"write {written}" if written else None
+        raise error("F270", f"the attribute `{name}` must be a String", binding.span, hint=hint)
+    value = _known(typed, name, leaf)
+    assert isinstance(value, str)
     return value
 
 

@@ -20,6 +20,7 @@ from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
+from planarc.parse.repair.quotes import explain_unquoted
 from planarc.parse.repair.trouble import (
     BLOCKS,
     ELSE_IF_ENDED,
@@ -392,6 +393,7 @@ def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 
 _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
+    explain_unquoted,
     _text_in_single_quotes,
     _modifier_in_braces,
     _open_brace,

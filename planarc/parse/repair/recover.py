@@ -26,6 +26,7 @@ from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.language import Language
 from planarc.parse.repair.habits import joined_end
 from planarc.parse.repair.hints import explain
+from planarc.parse.repair.quotes import Unquoted
 from planarc.parse.repair.repairs import Place, find_repair
 from planarc.parse.repair.trouble import Repair, StrayEnd, Trouble, WrongSection
 
@@ -149,7 +150,7 @@ def _without_echo(
     cut_short = any(e.span and e.span.end >= tokens[-2].span.end for e in lexical if tokens[1:])
     kept = []
     for error in errors:
-        if error.span is None or error.span.line in lines:
+        if error.span is None or (error.span.line in lines and not isinstance(error, Unquoted)):
             continue
         if cut_short and error.span.start >= tokens[-2].span.end:
             continue

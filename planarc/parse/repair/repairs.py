@@ -28,6 +28,7 @@ from planarc.parse.repair.habits import (
     other_branch,
     trailing_if,
 )
+from planarc.parse.repair.quotes import unquoted
 from planarc.parse.repair.trouble import BLOCKS, ELSE_IF_ENDED, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
@@ -79,7 +80,7 @@ def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     """The repair, None where nothing helps: the rest of the text is not read."""
     kinds = [token.type for token in trouble.tokens]
     special = (_misspelt_elseif, _else_if, _joined_end, _stray_end, _colon, _other_branch)
-    left_out = (_modified_type, _import_from, _assigned_expression, _trailing_if)
+    left_out = (_unquoted, _modified_type, _import_from, _assigned_expression, _trailing_if)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
     tries = (*special, *left_out, *others)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
@@ -236,6 +237,17 @@ def _other_branch(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | 
     for kind in inserted:
         stack = trouble.automaton.shift(stack, kind, trouble.at) if stack else None
     return Repair(inserted, 1, stack, trouble.at + 1) if stack else None
+
+
+def _unquoted(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read `terminate(The end)` as if its text had quotes."""
+    found = unquoted(trouble)
+    if found is None or found[0] < begin.at:
+        return None
+    stack = _read(trouble, begin, [*kinds[begin.at : found[0]], "STRING"])
+    if stack is None or not trouble.automaton.advance(stack, kinds[found.stop : found.stop + 1]):
+        return None
+    return Repair(("STRING",), found.stop - trouble.at, stack, found.stop, found[0])
 
 
 def _modified_type(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
