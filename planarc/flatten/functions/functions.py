@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.functions import foreign, statements
-from planarc.flatten.functions.derivatives import derivatives_of
+from planarc.flatten.functions.derivatives import check_inverses, derivatives_of
 from planarc.flatten.functions.order import assigned_first
 from planarc.flatten.functions.values import input_of
 from planarc.flatten.functions.variables import declare_variables, interface
@@ -147,6 +147,7 @@ def _fill(cls: Class, instance: Instance, signature: Signature, session: Session
         signature.builtin = _plain_builtin(body, signature)
     else:
         called = foreign.external_call(external, names, signature)
+    check_inverses(instance, signature, session)
     hidden = tuple(_hidden_input(leaf) for leaf in signature.captures.values())
     session.functions[signature.name] = flat.Function(
         signature.name,
@@ -157,7 +158,7 @@ def _fill(cls: Class, instance: Instance, signature: Signature, session: Session
         called.name,
         given=called.given,
         results=called.results,
-        derivatives=derivatives_of(instance, session),
+        derivatives=derivatives_of(instance, signature, session),
         span=cls.span,
     )
 
