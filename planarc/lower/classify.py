@@ -145,6 +145,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
         if given is None:
             value = zero_of(v.type.element(len(v.type.dims)), model.table)
         else:
+            model.opened = {}
             value = lower_expression(scope, given)
             if v.attributes.fixed is not None:  # maybe found at the start
                 value = _at_start(model, value)
@@ -152,6 +153,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
             model.values[v.name] = value
             continue
         result.extend(_enter(model, v, _spread(model, value, v)))
+    model.opened = None
     return result
 
 

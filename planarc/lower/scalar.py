@@ -153,7 +153,17 @@ def _range(scope: Scope, e: flat.Range) -> Value:
 
 
 def _index(scope: Scope, e: flat.Index) -> Value:
-    return index(scope, lower_expression(scope, e.base), e.subscripts, e.span)
+    return index(scope, _whole(scope, e.base), e.subscripts, e.span)
+
+
+def _whole(scope: Scope, base: flat.Expression) -> Value:
+    """An array of which an entry is taken; a call is made once for all of its entries."""
+    opened = scope.model.opened
+    if opened is None or scope.locals or not isinstance(base, flat.Call):
+        return lower_expression(scope, base)
+    if id(base) not in opened:
+        opened[id(base)] = lower_expression(scope, base)
+    return opened[id(base)]
 
 
 def index(scope: Scope, value: Value, subscripts: flat.Expressions, span: Span) -> Value:

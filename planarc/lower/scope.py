@@ -63,6 +63,9 @@ class Model(Struct, dict=True):
     frozen: set[str] = field(default_factory=set)
     relations: list[dae.Relation] = field(default_factory=list)
     component: str = ""  # of what is being lowered
+    #: calls whose entries are taken one by one, as in `transpose({f(x)})`, while the value of one
+    #: parameter is lowered; None elsewhere
+    opened: dict[int, Value] | None = None
     samplers: list[dae.Sampler] = field(default_factory=list)
     assertions: list[dae.Assertion] = field(default_factory=list)
     warnings: list[Diagnostic] = field(default_factory=list)
