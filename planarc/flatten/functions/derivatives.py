@@ -3,7 +3,7 @@
 In:   the instance of a function, its Signature
 Out:  the derivatives that can be called; warnings F335 of those and of inverses that do not fit
 
-planarc differentiates and inverts functions itself: a wrong annotation harms nothing here, and fails
+planarc differentiates and inverts functions itself: a wrong annotation harms nothing here, but
 in a tool that heeds it. It is told where the user's own text holds it.
 
 Example: `annotation(derivative=f_der)` of `f(Real x, Integer n)` asks for `f_der(x, n, der_x)`.
