@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import UsageError, refused, usage_error
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError, refused, usage_error
 from planarc.core.prose import either
 
 TABLES = (".csv", ".mat")
@@ -50,6 +50,20 @@ def destinations(
         None if no_output else _destination(output, f"{stem}.csv", TABLES, "--output"),
         None if no_report else _destination(report, f"{stem}.html", PAGES, "--report"),
     )
+
+
+def replaced(model: str, path: Path | None) -> Iterator[Diagnostic]:
+    """The warning that the default file holds the results of a class of another package, whose
+    name ends alike."""
+    from planarc.view.table.origin import read_beside
+
+    if path != Path(f"{file_stem(model)}.csv") or not path.is_file():
+        return
+    origin, _ = read_beside(path)
+    if origin is not None and origin.model not in ("", model):
+        message = f"`{path}` held the results of `{origin.model}`, which those of `{model}` replace"
+        hint = f"write `--output {model}.csv` to keep both"
+        yield Diagnostic("C124", message, None, Severity.WARNING, hint=hint)
 
 
 def table_destination(named: Path) -> Path:

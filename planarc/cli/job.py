@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from planarc import compiler, stages
 from planarc.cli import console
 from planarc.cli.exits import Exit, exit_code
-from planarc.cli.files import Destinations, destinations, save
+from planarc.cli.files import Destinations, destinations, replaced, save
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, apply_settings
@@ -81,6 +81,7 @@ class Run:
         outcome.model, outcome.diagnostics = program.name, compiled.warnings
         outcome.equations = program.equations_before, program.equations_after
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
+        outcome.diagnostics += tuple(replaced(program.name, places.output))
         if places.output is not None:
             refuse_no_match(program, job.variables)
         with clock.phase("compile again"):

@@ -117,7 +117,11 @@ def _check_derivative(
 ) -> None:
     """Warn of a derivative that takes or gives something else (12.7.1). Which inputs of a function
     that is a derivative already are derived is not known: of a second one the rest is free."""
-    still = {str(binding_of(a)) for a in inside(argument) if _name_of(a) in _STILL}
+    still = {
+        str(binding_of(a))
+        for a in inside(argument)
+        if isinstance(a, syntax.ElementModification) and a.name[0] in _STILL
+    }
     moving = [v for v in signature.inputs if v.name not in still]
     more = _derived(moving) if order == 1 else []
     wanted = [*_slots(signature.inputs), *more]
@@ -131,10 +135,6 @@ def _check_derivative(
         message = f"`{name}` does not give what a derivative gives"
         hint = f"give it the output {listed(map(str, outputs))}"
         _warn(message, name.span, hint, session)
-
-
-def _name_of(argument: syntax.Argument) -> str:
-    return argument.name[0] if isinstance(argument, syntax.ElementModification) else ""
 
 
 def _slots(variables: Iterable[flat.Variable]) -> list[_Slot]:
