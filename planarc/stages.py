@@ -61,6 +61,7 @@ def flatten(target: Target, clock: Clock | None = None) -> FlatModel:
 
 def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     """The user's own equations and unknowns that are too many or missing, where there are any."""
+    from planarc.flatten.checks.passed_over import with_branch
     from planarc.structure.blame import explain_discretes, explain_misfit
     from planarc.structure.unmatched import find_misfit, without_written
 
@@ -79,6 +80,8 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
         misfit = find_misfit(dae, inputs, problem.imbalance.suspect)
         over, under = explain_misfit(dae, misfit, inputs)
         told = (*over, *under) or explain_discretes(dae) or _lacking(dae, lack)
+    component = lack.component if lack is not None else ""
+    told = tuple(with_branch(d, component, problem.imbalance.absent) for d in told)
     code, count = problem.diagnostics[0].code, Related(problem.imbalance.sizes, detail=True)
     found = [
         Miscounted(code, d.message, d.span, hint=d.hint, related=(*d.related, count)) for d in told

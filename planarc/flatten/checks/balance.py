@@ -20,6 +20,7 @@ from planarc.core.diagnostic import Diagnostic, Miscounted, Related
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
+from planarc.flatten.checks.passed_over import Absent, passed_over
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
@@ -48,13 +49,15 @@ class Lack(Data):
 
 class Imbalance(Data):
     """The message by counting; inputs that nothing is connected to; the count as a clause; the
-    component that lacks equations, and the one that has too many, where it is one."""
+    component that lacks equations, and the one that has too many, where it is one; and what
+    stands in branches that parameters pass over."""
 
     problem: Diagnostic
     inputs: tuple[str, ...]
     sizes: str
     lack: Lack | None = None
     suspect: str | None = None
+    absent: tuple[Absent, ...] = ()
 
 
 #: Equations less unknowns of each component, scalars each.
@@ -151,7 +154,8 @@ def check_balance(
     suspect = None
     if len(kinds) == 1 and excess[off[0].prefix or ""] > 0:
         suspect = off[0].prefix or None
-    return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack, suspect)
+    absent = tuple(passed_over(session.chosen)) if kind == "few" else ()
+    return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack, suspect, absent)
 
 
 def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf], free: tuple[str, ...]) -> Lack:

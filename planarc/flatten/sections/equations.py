@@ -139,16 +139,19 @@ def _several_results(
 def _if(node: syntax.IfEquation, env: Env) -> Equations:
     errors = len(env.session.errors)
     branches: list[tuple[flat.Expression, Equations]] = []
-    for expression, body in node.branches:
+    for number, (expression, body) in enumerate(node.branches):
         condition = evaluate.condition_of(expression, env, "the condition of `if`")
         known = _structural_condition(condition, node, env)
         if known is False:
             continue
         typed = tuple(type_equations(body, env))
         if known is True:
+            env.session.chosen.append((node, number, env))
             return _if_of(node, branches, typed, env)
         branches.append((condition, typed))
     otherwise = tuple(type_equations(node.otherwise, env))
+    if not branches:
+        env.session.chosen.append((node, len(node.branches), env))
     if len(env.session.errors) > errors:
         return ()  # counts would be wrong because of what is missing
     return _if_of(node, branches, otherwise, env)

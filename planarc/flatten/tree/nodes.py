@@ -476,6 +476,10 @@ class Makers(Data):
 Question: TypeAlias = "tuple[Leaf, bool] | None"
 
 
+#: An if-equation of which parameters choose a branch: its number, that of `else` the last.
+Chosen: TypeAlias = "tuple[syntax.IfEquation, int, Env]"
+
+
 class Session:
     """One run of `flatten`: what its passes share."""
 
@@ -497,6 +501,7 @@ class Session:
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
         self.met: set[tuple[Instance, str]] = set()  # inner components that outer ones met
         self.opened: list[Class] = []  # classes with a layout, in the order of their use
+        self.chosen: list[Chosen] = []
         self.component_count = 0
         # known when all connections are, before equations are typed:
         self.rooting: Forest | None = None
