@@ -22,7 +22,9 @@ import re
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.prose import ticked
 from planarc.core.source import Span
+from planarc.flatten.tree.computed import settable
 from planarc.flatten.tree.demand import static_instance
 from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
@@ -191,6 +193,9 @@ def _yielding(binding: Binding | None) -> Binding | None:
     return None if binding is None else replace(binding, beaten=True)
 
 
+_MOST_FREE = 4
+
+
 def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     message = f"`{name}` is final and cannot be modified"
     follows = re.search(r"=\s*([A-Za-z_]\w*)$", inner.text) if inner else None
@@ -198,8 +203,10 @@ def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     hint = f"set `{follows[1]}`, which it follows from" if follows else "remove the modifier"
     if formula and not follows:
         shown = " ".join(formula[1].split())
-        hint = f"it is computed there, as `{shown:.60}`: set what it follows from, or take a part "
-        hint += f"in which `{name}` is free"
+        free = ticked(settable(formula[1], inner)[:_MOST_FREE]) if inner else ""
+        hint = f"it is computed there, as `{shown:.60}`: set what it follows from"
+        hint += f" ({free}), or " if free else ", or "
+        hint += f"take a part in which `{name}` is free"
     unit = re.search(r'\bunit\s*=\s*"(.*)"$', inner.text) if inner and name == "unit" else None
     if unit:
         hint = f"values are in `{unit[1]}` here: turn yours into it, and choose what is shown by "
