@@ -19,13 +19,13 @@ nothing.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
-from planarc.insight.attachment import open_apart, place
+from planarc.insight.attachment import place
 from planarc.insight.connectors import (
     find_connectors,
     find_frames,
@@ -34,7 +34,8 @@ from planarc.insight.connectors import (
     owner,
 )
 from planarc.insight.massless import find_hung, find_massless
-from planarc.insight.sensors import are_passed, find_ends, hidden_connectors, zeros
+from planarc.insight.open_ends import left_open
+from planarc.insight.sensors import are_passed, find_ends, hidden_connectors
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
@@ -70,7 +71,7 @@ def explain_misfit(
             related=() if past is None else (Related("this goes past it", past.span),),
         )
     hung = None if mechanism is None else find_hung(dae, mechanism, undetermined)
-    told = hung or _left_open(dae, mechanism, undetermined, givers)
+    told = hung or left_open(dae, mechanism, undetermined, givers)
     return told or (None if mechanism is None else find_massless(dae, mechanism, undetermined))
 
 
@@ -345,72 +346,9 @@ def _part(frame: str) -> str:
     return frame.partition(".")[0]
 
 
-def _left_open(
-    dae: Dae, mechanism: Mechanism | None, undetermined: Sequence[str], givers: Sequence[Part]
-) -> Diagnostic | None:
-    """The ends, connected to nothing, of components whose own unknowns nothing determines."""
-    parts = _own(dae, map(owner, undetermined)) | {part.name for part in givers}
-    connected = {name for names in dae.connections if len(names) > 1 for name in names}
-    names = find_connectors(v.name for v in dae.variables)
-    inside = {owner(name) for name in names}  # a part with a flange and variables as those of one
-    ends = [n for n in names if owner(n) in parts and n not in connected and n not in inside]
-    hidden, zero = hidden_connectors(dae), zeros(dae)
-    ends = [n for n in ends if not all(f"{n}.{position}" in zero for _, position in names[n])]
-    ends = [n for n in ends if n not in hidden] or ends
-    if not ends:
-        return None
-    shown = shortened([f"`{name}`" for name in ends], _SHOWN)
-    first = owner(ends[0])
-    flows = {f"{c}.{flow}" for c, pairs in names.items() for flow, _ in pairs}
-    moved = [n for n in undetermined if n not in flows] or undetermined
-    effect = f"so that nothing determines {shortened([f'`{n}`' for n in moved], _SHOWN)}"
-    if not undetermined:
-        effect = f"so that `{givers[-1].name}` moves nothing"
-    joined = f"what `{first}` belongs to"
-    own = undetermined and all(n.startswith(f"{first}.") for n in undetermined)
-    if not own and ends[0] in find_frames(v.name for v in dae.variables):
-        joined = "a body with mass"
-    if mechanism is not None and first in (j.name for j in mechanism.joints):
-        free = open_apart(dae, mechanism)
-        joined = f"`{free}`, which is open too" if free else "a part that it moves or stands on"
-    hint = f"connect `{ends[0]}` to {joined}, or leave `{first}` out"
-    related: tuple[Related, ...] = ()
-    both_there = _at_the_other_end(dae, ends[0])
-    if len(ends) == 1 and len(both_there) > 1 and "open too" not in joined:
-        others = [c.right if owner(c.left) == first else c.left for c in both_there]
-        there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == first)
-        hint = f"{both(others)} are both connected to `{there}`: connect one of them to "
-        hint += f"`{ends[0]}` instead"
-        related = (Related("the second of them", both_there[-1].span),)
-    return Diagnostic(
-        "S303",
-        f"{shown} {be(len(ends))} connected to nothing, {effect}",
-        place(dae, first),
-        hint=hint,
-        related=related,
-    )
-
-
-def _at_the_other_end(dae: Dae, end: str) -> list[Connect]:
-    """The user's connections of other parts with the other end of a part of two, where there are
-    two: one of them was meant for the open end."""
-    frames = find_frames(v.name for v in dae.variables)
-    part = owner(end)
-    others = [f for f in frames if owner(f) == part and f != end]
-    if len(others) != 1 or end not in frames:
-        return []
-    here = [c for c in dae.connects if others[0] in (c.left, c.right) and is_own(dae, c.span)]
-    return here if len(here) == 2 else []
-
-
 def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:
     """Whether nothing says where a frame lies that is connected to nothing: its component, as a
     sensor of relative positions, only seems to hold a joint beside it."""
     connected = {name for names in dae.connections if len(names) > 1 for name in names}
     frames = find_frames(v.name for v in dae.variables)
     return any(owner(n) in frames and owner(n) not in connected for n in undetermined)
-
-
-def _own(dae: Dae, components: Iterable[str]) -> set[str]:
-    """The user's parts around components."""
-    return {part.name for c in components if (part := own_part(dae, c)) is not None}

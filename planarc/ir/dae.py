@@ -58,6 +58,7 @@ class Variable(Located):
     start: Expr | None = None  # an expression of parameters; None stands for 0 or false
     fixed: bool = False
     start_written: bool = False  # see flat.Attributes
+    fixed_written: bool = False
     state_select: StateSelect = StateSelect.DEFAULT
     nominal: Expr | None = None
     minimum: Expr | None = None

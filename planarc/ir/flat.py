@@ -248,6 +248,8 @@ class Attributes(Data):
     #: True when a modifier outside the declared type wrote `start`: it then counts more
     #: than a default when a loop is assembled.
     start_written: bool = False
+    #: The same of `fixed`: a library's own hold gives way to what a user writes.
+    fixed_written: bool = False
 
 
 class Variable(Located):

@@ -245,6 +245,7 @@ def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
             start=start[i],
             fixed=_is_fixed(v, fixed[i]),
             start_written=a.start_written,
+            fixed_written=a.fixed_written,
             state_select=a.state_select,
             nominal=nominal[i],
             minimum=low[i],

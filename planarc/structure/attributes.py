@@ -101,8 +101,9 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
     by_start = sorted(
         members,
         key=lambda m: (
-            not m.variable.fixed,
+            not m.variable.fixed or _is_default(m.variable),
             not m.variable.start_written,
+            not m.variable.fixed,
             m.variable.start is None,
             -m.variable.state_select,
             m.place,
@@ -122,16 +123,23 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
     shown = by_name[0].variable if by_name else None
     display = shown.name if shown else symbol_text(symbol.name, symbol.order)
     held = by_start[0].sign > 0 and (first.fixed or first.start_written)
+    fixed = any(m.variable.fixed for m in members)
     return Attributes(
         display=display,
         select=max(m.variable.state_select for m in members),
         start=by_start[0].start(table),
         start_written=first.start_written,
-        fixed=first.fixed,
+        fixed=fixed,
         nominal=next((n for n in nominals if n is not None), None),
         span=first.span if first.fixed or first.start_written else (shown or first).span,
         holder=first.name if held and first.name != display else "",
     )
+
+
+def _is_default(variable: Variable) -> bool:
+    """Whether a library holds a variable by itself, as `ConstantSpeed` its angle at 0: there may be
+    another start that somebody wrote, at which it is held then."""
+    return variable.fixed and not variable.fixed_written and not variable.start_written
 
 
 def _check_fixed(
@@ -139,6 +147,7 @@ def _check_fixed(
 ) -> Iterable[Diagnostic]:
     table = dae.table
     fixed = [m for m in members if m.variable.fixed]
+    fixed = [m for m in fixed if not _is_default(m.variable)] or fixed
     for other in fixed[1:]:
         first = fixed[0]
         a, b = first.start(table) or table.zero, other.start(table) or table.zero

@@ -36,7 +36,7 @@ _NEAR = 0.75
 
 def check_unheeded(
     root: Instance,
-    instances: Iterable[Instance],
+    instances: Sequence[Instance],
     connections: Sequence[Connection],
     session: Session,
 ) -> None:
@@ -54,7 +54,7 @@ def check_unheeded(
 
 
 def _check_unconnected(
-    instances: Iterable[Instance], connections: Sequence[Connection], session: Session
+    instances: Sequence[Instance], connections: Sequence[Connection], session: Session
 ) -> None:
     """Connectors whose declaration says what is wrong if nothing is connected from outside."""
     if any(isinstance(w, flat.LeftOut) for w in session.warnings):
@@ -88,6 +88,9 @@ def _check_unconnected(
             told, wanted = f"{message}{why}", _condition(connector) or ""
             asks = wanted.isidentifier() and wanted not in why
             mend = f"connect it, or leave out `{wanted}=true`" if asks else None
+            lonely = _lonely(connector, owner, instances, connected)
+            if lonely is not None and not asks:
+                mend = f"write `connect({connector.name}, {lonely.name});`, if they belong together"
             session.warnings.append(
                 Unconnected(
                     "F319", told, owner.span, Severity.WARNING, mend, connector=connector.name
@@ -110,6 +113,29 @@ def _check_unconnected(
                 component=end.parent.name if end.parent else "",
             )
         )
+
+
+def _lonely(
+    connector: Instance,
+    owner: Instance,
+    instances: Iterable[Instance],
+    connected: Mapping[str, Sequence[Connection]],
+) -> Instance | None:
+    """The only connector of the kind beside a part to which nothing at all is connected, nor to any
+    other one of its own part."""
+    free = [
+        other
+        for other in instances
+        if other.is_connector
+        and other.element is not None
+        and not other.element.protected
+        and other.parent is not None
+        and other.parent is not owner
+        and other.parent.parent is owner.parent
+        and other.elements.keys() == connector.elements.keys()
+        and not any(name.startswith(f"{other.parent.name}.") for name in connected)
+    ]
+    return free[0] if len(free) == 1 else None
 
 
 def _connected_beside(

@@ -213,6 +213,7 @@ def _attributes(mod: Mod, leaf: Leaf, written: bool) -> flat.Attributes:
         start_written=written
         and start is not None
         and is_start_written(leaf, mod.sub("start").binding),
+        fixed_written=written and is_start_written(leaf, mod.sub("fixed").binding),
     )
 
 
