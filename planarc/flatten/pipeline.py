@@ -31,6 +31,7 @@ from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.assigned import check_assigned
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.connectors import Lopsided, check_connectors
+from planarc.flatten.checks.exchanged import check_exchanged
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
@@ -305,6 +306,7 @@ def _flatten(
         check_ranges(pairs, session)
         check_connectors(found.instances, session)
         check_unheeded(root, found.instances, connections, session)
+        check_exchanged(connections, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session, redundant)

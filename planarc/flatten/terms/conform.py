@@ -115,7 +115,13 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     if not size or len(actual.dims) != 1:
         return None
     values = f"write {size} values, such as {vector}" if short else None
+    if size == 2 and actual.dims == (3,) and _THIRD_ZERO.search(span.text):
+        return f"vectors of the plane have no third entry: {values}"
     return decimal_comma(span) or values
+
+
+#: The end of a vector of space that lies in the plane.
+_THIRD_ZERO = re.compile(r",\s*0(\.0*)?\s*\}\s*\Z")
 
 
 def decimal_comma(span: Span) -> str | None:
