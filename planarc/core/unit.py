@@ -147,20 +147,44 @@ def power(a: Dimension, exponent: int | Fraction) -> Dimension:
 
 
 def unit_text(dimension: Dimension) -> str:
-    """A dimension in base units: `kg.m2/s2`, `1/s`, `1`."""
-    above = [_with_exponent(n, e) for n, e in _named(dimension) if e > 0]
-    below = [_with_exponent(n, -e) for n, e in _named(dimension) if e < 0]
+    """A dimension as engineers write it: `N/m`, `kg.m2`, `1/s`, `1`; a torque and an energy are
+    `N.m`."""
+    for name in ("F", "S"):
+        if dimension == _SYMBOLS[name]:
+            return name
+    base = _powers(dimension)
+    mass, time = dimension[_BASE.index("kg")], dimension[_BASE.index("s")]
+    if abs(mass) != 1 or mass * time > -2 or any(e != int(e) for e in dimension):
+        return _quotient_text(base)  # kinematics, masses and momenta
+    names = _ELECTRIC if dimension[_BASE.index("A")] else _MECHANIC
+    named = ([(n, mass), *_powers(divide(dimension, power(_SYMBOLS[n], int(mass))))] for n in names)
+    return _quotient_text(min((*named, base), key=_length))
+
+
+_MECHANIC = ("N", "Pa", "W")
+_ELECTRIC = ("V", "Ohm", "N", "Wb", "T", "H", "W")
+#: Names and exponents, in the order in which they are written.
+_Powers: TypeAlias = "list[tuple[str, int | float | Fraction]]"
+
+
+def _powers(dimension: Dimension) -> _Powers:
+    """Mass first, as units are usually written."""
+    order = ("kg", "m", "s", "A", "K", "mol", "cd")
+    exponents = dict(zip(_BASE, dimension, strict=True))
+    return [(name, exponents[name]) for name in order if exponents[name]]
+
+
+def _length(powers: _Powers) -> float | Fraction:
+    return sum(abs(e) for _, e in powers)
+
+
+def _quotient_text(powers: _Powers) -> str:
+    above = [_with_exponent(n, e) for n, e in powers if e > 0]
+    below = [_with_exponent(n, -e) for n, e in powers if e < 0]
     text = ".".join(above) or "1"
     if not below:
         return text
     return f"{text}/{below[0]}" if len(below) == 1 else f"{text}/({'.'.join(below)})"
-
-
-def _named(dimension: Dimension) -> list[tuple[str, int | float | Fraction]]:
-    """Names and exponents, mass first, as units are usually written."""
-    order = ("kg", "m", "s", "A", "K", "mol", "cd")
-    exponents = dict(zip(_BASE, dimension, strict=True))
-    return [(name, exponents[name]) for name in order]
 
 
 def _with_exponent(name: str, exponent: float | Fraction) -> str:

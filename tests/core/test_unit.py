@@ -51,6 +51,30 @@ def test_the_text_of_a_dimension_is_that_dimension(dimension: unit.Dimension) ->
     assert unit.parse(unit.unit_text(dimension)) == dimension
 
 
+@pytest.mark.parametrize(
+    ("of", "text"),
+    [
+        ("kg.m/s2", "N"),
+        ("kg.m2/s2", "N.m"),
+        ("kg/s2", "N/m"),
+        ("kg.m3/s2", "N.m2"),
+        ("kg.m2/s3", "W"),
+        ("kg/(m.s2)", "Pa"),
+        ("s2/kg", "m/N"),
+        ("kg.m/s", "kg.m/s"),
+        ("kg.m2", "kg.m2"),
+        ("m/s2", "m/s2"),
+        ("V/A", "Ohm"),
+        ("C/V", "F"),
+        ("N/A", "N/A"),
+    ],
+)
+def test_units_are_written_as_engineers_do(of: str, text: str) -> None:
+    dimension = unit.parse(of)
+    assert dimension is not None
+    assert unit.unit_text(dimension) == text
+
+
 @given(st.tuples(*[exponents] * 7), st.tuples(*[exponents] * 7))
 def test_division_undoes_multiplication(a: unit.Dimension, b: unit.Dimension) -> None:
     assert unit.divide(unit.multiply(a, b), b) == a

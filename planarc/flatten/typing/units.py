@@ -443,12 +443,17 @@ def _scale(known: Dimension) -> float:
     return float(known[-1])
 
 
+_PREFIXES = {"1000": "k", "1e+06": "M", "0.001": "m"}
+
+
 def _text(known: Dimension) -> str:
-    """A measure in base units, with its scale: `0.277778 m/s`."""
+    """A measure, with its scale: `0.277778 m/s`, `kN/m`."""
     text = unit.unit_text(known[:-1])
     if abs(_scale(known)) < _SAME_SCALE:
         return text
     scale = f"{10 ** _scale(known):.6g}"
+    if scale in _PREFIXES and re.match(r"(N|Pa|W|V)\b", text):
+        return f"{_PREFIXES[scale]}{text}"
     return scale if text == "1" else f"{scale} {text}"
 
 
@@ -502,5 +507,5 @@ def check_units(
     for declared in checked.declared:
         what = f"`{declared.name or declared.kind}` of `__planarc` and its value"
         wanted, value = measure(declared.unit), declared.value
-        checker.agree(what, wanted, checker.of(value), value.span)
+        checker.agree(what, wanted, checker.of(value), value.span, (declared.unit, None))
     return [d for d in checker.found if d.span is not None and d.span.source.name in files]
