@@ -154,7 +154,7 @@ def unit_text(dimension: Dimension) -> str:
             return name
     base = _powers(dimension)
     mass, time = dimension[_BASE.index("kg")], dimension[_BASE.index("s")]
-    if abs(mass) != 1 or mass * time > -2 or any(e != int(e) for e in dimension):
+    if abs(mass) != 1 or mass * time > -2 or not all(map(_is_whole, dimension)):
         return _quotient_text(base)  # kinematics, masses and momenta
     names = _ELECTRIC if dimension[_BASE.index("A")] else _MECHANIC
     named = ([(n, mass), *_powers(divide(dimension, power(_SYMBOLS[n], int(mass))))] for n in names)
@@ -174,8 +174,12 @@ def _powers(dimension: Dimension) -> _Powers:
     return [(name, exponents[name]) for name in order if exponents[name]]
 
 
-def _length(powers: _Powers) -> float | Fraction:
-    return sum(abs(e) for _, e in powers)
+def _is_whole(exponent: float | Fraction) -> bool:
+    return int(exponent) == float(exponent)
+
+
+def _length(powers: _Powers) -> float:
+    return sum(abs(float(e)) for _, e in powers)
 
 
 def _quotient_text(powers: _Powers) -> str:
