@@ -27,6 +27,7 @@ from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, own_part, owner
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
+from planarc.solve.messages.drive import drive_behind
 from planarc.solve.messages.loops import is_closed, loop_names
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
@@ -214,6 +215,9 @@ def contradicting(
     what = f"`{against[0].text}`" if against else "the equations"
     if not (against or others or more) and (beside := _beside(program, first)):
         what += f" of {trouble.names(beside)}"
+        behind = drive_behind(program, first.slot)
+        if behind and behind not in beside:
+            what += f", which `{behind}` moves"
     notes = [
         (f"`{s.start_name}` is fixed here", declaration(program, s.start_name, s.span))
         for s in (*others, *more)
