@@ -13,7 +13,7 @@ instant, and falls through the floor.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.solve.events.crossings import Crossings
@@ -24,11 +24,11 @@ _BEYOND, _HELD = 1e-2, 1e-12
 
 
 class Passed:
-    """The relations whose last switch was held back, and when."""
+    """The relations whose last switch was held back: when, and the truth that they took."""
 
     def __init__(self, crossings: Crossings) -> None:
         self._crossings = crossings
-        self._held: dict[int, tuple[float, Sequence[str]]] = {}
+        self._held: dict[int, tuple[float, bool, Sequence[str]]] = {}
 
     def note(
         self, t: float, y: Sequence[float], crossing: Mapping[int, bool], reset: Sequence[str]
@@ -43,12 +43,7 @@ class Passed:
         for i, truth in crossing.items():
             into = -rises[i] if truth else rises[i]  # below zero it is true
             if into <= _HELD * self._crossings.largest[i]:
-                self._held[i] = (t, reset)
-
-    def forget(self, switched: Iterable[int]) -> None:
-        """Relations that switched without an event of their own."""
-        for i in switched:
-            self._held.pop(i, None)
+                self._held[i] = (t, truth, reset)
 
     def judge(self, t: float, y: Sequence[float]) -> tuple[Diagnostic, ...]:
         """The warning at the end of a run."""
@@ -57,9 +52,9 @@ class Passed:
             return ()
         from planarc.solve.messages.event import passed
 
-        truths, now, largest = crossings.truths(), crossings.now, crossings.largest
-        for i, (since, reset) in self._held.items():
-            beyond = -now[i] if truths[i] else now[i]
+        now, largest = crossings.now, crossings.largest
+        for i, (since, truth, reset) in self._held.items():
+            beyond = -now[i] if truth else now[i]  # below zero it is true
             if beyond > _BEYOND * largest[i]:
                 return (passed(crossings.program, crossings.kernel, i, since, reset),)
         return ()
