@@ -111,7 +111,7 @@ def structure(dae: Dae) -> SortedDae:
         system = systems.at(height)
         if height:
             steps = sort_level(systems, system, attributes, favoured)
-            check_always(steps, attributes, expansion.equations, resets)
+            check_always(steps, attributes, expansion.equations, resets, dae)
             candidates.extend(describe_candidates(dae, steps, attributes))
             favoured = derivatives_of_tears(table, steps)
         else:

@@ -32,6 +32,7 @@ from planarc.core.prose import be, ticked
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, postorder
 from planarc.ir.flat import StateSelect
+from planarc.ir.places import own_part, owner
 from planarc.ir.sorted import Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
 from planarc.structure.rewrite import NO_RESETS, Resets
@@ -101,6 +102,7 @@ def check_always(
     attributes: Mapping[Expr, Attributes],
     equations: Sequence[SourceEquation],
     resets: Resets = NO_RESETS,
+    dae: Dae | None = None,
 ) -> None:
     """A symbol with StateSelect.always is a candidate, and its block has states enough.
 
@@ -133,7 +135,7 @@ def check_always(
             if t in resets.stateless and step.residuals and not _replaces_one(step, resets)
         ]
         wrong += [
-            _follows(attributes[a.target], equations[a.equation], resets)
+            _follows(attributes[a.target], a.target, equations[a.equation], resets, dae)
             if a.target in resets.symbols
             else _asked_too_much(attributes[a.target], equations[a.equation])
             for a in step.inner
@@ -172,11 +174,20 @@ def _asked_too_much(a: Attributes, source: SourceEquation) -> Diagnostic:
     return Diagnostic("S307", message, a.span, hint=hint, related=related)
 
 
-def _follows(a: Attributes, source: SourceEquation, resets: Resets) -> Diagnostic:
-    """The refusal of a `reinit` of what is computed."""
-    message = f"`{a.display}` is set by `reinit`, but follows from other variables"
+def _follows(
+    a: Attributes, target: Expr, source: SourceEquation, resets: Resets, dae: Dae | None
+) -> Diagnostic:
+    """The refusal of a `reinit` of what is computed, at that `reinit`."""
+    own, component = None, source.equation.component
+    if dae is not None and component and component != owner(a.display):
+        own = own_part(dae, component)
+    span, hint, by = resets.spans.get(target, a.span), resets.hint, "other variables"
     related = (Related("from this equation", source.span),)
-    return Diagnostic("S313", message, a.span, hint=resets.hint, related=related)
+    if own is not None:
+        by, related = f"`{own.name}`", (Related(f"`{own.name}` is declared here", own.span),)
+        hint = f"leave the `reinit` out, or `{own.name}`, which gives it at any time"
+    message = f"`{a.display}` is set by `reinit`, but follows from {by}"
+    return Diagnostic("S313", message, span, hint=hint, related=related)
 
 
 def _no_state(a: Attributes, source: SourceEquation, resets: Resets) -> Diagnostic:

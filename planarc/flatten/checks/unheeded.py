@@ -76,7 +76,7 @@ def _check_unconnected(
             why = f": {reason.value}" if isinstance(reason, syntax.String) else ""
             found.append((instance, owner, why))
     kinds = {frozenset(connector.elements) for connector, _, _ in found}
-    if len(found) == 2 and len(kinds) == 1 and found[0][1] is not found[1][1]:
+    if len(found) == 2 and len(kinds) == 1 and not _are_of_one(found[0][1], found[1][1]):
         (first, owner, _), (other, _, _) = found
         message = f"nothing is connected to `{first.name}`, and nothing to `{other.name}`"
         hint = f"write `connect({first.name}, {other.name});`, if they belong together"
@@ -113,6 +113,12 @@ def _check_unconnected(
                 component=end.parent.name if end.parent else "",
             )
         )
+
+
+def _are_of_one(first: Instance, second: Instance) -> bool:
+    """Whether two parts are the same one, or members of one array."""
+    names = [re.sub(r"\[[\d,]+\]$", "", part.name) for part in (first, second)]
+    return names[0] == names[1]
 
 
 def _lonely(

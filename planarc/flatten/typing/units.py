@@ -96,6 +96,7 @@ class Checker(Struct):
             if abs(_scale(b)) < _SAME_SCALE:
                 power, given = -power, first
             hint = f"nothing converts units: multiply what is in `{given}` by {10**power:.6g}"
+            hint = _other_way(sides[1]) or hint
         elif unit.multiply(a, b)[:-1] == NUMBER and a[:-1] != NUMBER:
             hint = "they are the reciprocals of each other: perhaps `1/...` is meant"
         else:
@@ -411,6 +412,9 @@ class Checker(Struct):
         self.found.append(Once("F330", message, text_span, Severity.WARNING, hint=hint, kind=kind))
 
 
+#: Units of other scales that have names of their own.
+_USUAL = ("deg", "mm", "cm", "km", "km/h", "g", "min", "h", "rpm", "bar")
+
 #: A text right behind a value.
 _TEXT_BEHIND = re.compile(r'\s*"([^"\s]{1,12})"')
 
@@ -435,6 +439,16 @@ def shared(values: Iterable[Known]) -> Known:
     return known.pop() if len(known) == 1 else None
 
 
+def _other_way(side: flat.Expression | str | None) -> str | None:
+    """The hint where a conversion is taken for its reverse."""
+    if not isinstance(side, flat.Call) or not re.search(r"\.Conversions\.to_\w+$", side.function):
+        return None
+    name, written = side.function.rpartition(".")[2], " ".join(side.span.text.split())
+    if name not in written:
+        return None
+    return f"`{name}` gives `{name[3:]}`: write `{written.replace(name, f'from_{name[3:]}')}`"
+
+
 def _agree(a: Dimension, b: Dimension) -> bool:
     return a[:-1] == b[:-1] and abs(_scale(a) - _scale(b)) < _SAME_SCALE
 
@@ -447,7 +461,10 @@ _PREFIXES = {"1000": "k", "1e+06": "M", "0.001": "m"}
 
 
 def _text(known: Dimension) -> str:
-    """A measure, with its scale: `0.277778 m/s`, `kN/m`."""
+    """A measure by a usual name, or with its scale: `mm`, `kN/m`, `0.277778 m2/s`."""
+    usual = next((u for u in _USUAL if (m := measure(u)) is not None and _agree(m, known)), None)
+    if usual is not None and abs(_scale(known)) >= _SAME_SCALE:
+        return usual
     text = unit.unit_text(known[:-1])
     if abs(_scale(known)) < _SAME_SCALE:
         return text

@@ -45,10 +45,15 @@ def test_one_part_in_mm(lengths: tuple[float, ...], message: str) -> None:
     assert told(*lengths) == [message]
 
 
+def test_all_in_mm() -> None:
+    assert told(500, 600, 400) == [
+        "`upper` is 600 m long, and has a radius of gyration of no more than 0.0316 m"
+    ]
+
+
 @pytest.mark.parametrize(
     "lengths",
     [
-        pytest.param((500, 600, 400), id="all in mm"),
         pytest.param((0.2, 60, 0.5), id="a crane with a hook"),
         pytest.param((400, 0.4, 0.5), id="a machine on a tower"),
         pytest.param((0.02, 5, 0.01), id="of lengths that are plausible"),
