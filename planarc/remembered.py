@@ -46,6 +46,7 @@ class Checked(Data):
     warnings: tuple[Diagnostic, ...]
     mechanism: Mechanism | None = None
     mobility: Mobility | None = None  # where it was asked for
+    started: bool = False  # a start was asked for, and found
 
 
 def recall_check(request: Request) -> Checked | None:

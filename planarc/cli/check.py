@@ -34,7 +34,7 @@ def check(
         bool,
         Option(
             "--start",
-            help="Make it an error where the mechanism cannot be put together at the start.",
+            help="Make it an error where the model cannot be put together at the start.",
         ),
     ] = False,
     units: Annotated[

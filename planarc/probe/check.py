@@ -38,11 +38,12 @@ if TYPE_CHECKING:
 
 
 def check_model(request: Request, clock: Clock | None = None, start: bool = False) -> Checked:
-    """All stages up to `structure`. A start that cannot be found is an error only with `start`."""
+    """All stages up to `structure`. A start that cannot be found is an error with `start`, else a
+    warning where more is fixed than is free, or where loops are put together anyway."""
     clock = clock or Clock()
     with clock.phase("recall"):
         known = recall_check(request)
-    if known is not None and not (start and known.mechanism and known.mobility is None):
+    if known is not None and not (start and not known.started):
         return known
     with without_collection():
         target = open_target(request)
@@ -82,18 +83,36 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
     checked, mechanism = seen.checked, seen.checked.mechanism
     if seen.wrong:
         raise PlanarcError(seen.wrong).after(checked.warnings)
-    if mechanism is None or not (start or mechanism.loops > 0):
+    loops = mechanism is not None and mechanism.loops > 0
+    if not (start or loops or _fixes_too_much(seen.model)):
         return checked
     found, warnings = None, checked.warnings
     try:
-        found = _find_mobility(seen.model, mechanism, clock)
-    except PlanarcError:
+        found = _put_together(seen.model, mechanism, clock)
+    except PlanarcError as problem:
         if start:
             raise
+        warnings = in_one((*warnings, *(_warning(d) for d in problem.diagnostics if _tells(d))))
     # What cannot be assembled cannot move either.
-    if mechanism.locked is not None and (found is None or found.rank <= 0):
-        warnings = (*warnings, mechanism.locked)
-    return replace(checked, mobility=found, warnings=warnings)
+    locked = None if mechanism is None else mechanism.locked
+    if locked is not None and (found is None or found.rank <= 0):
+        warnings = (*warnings, locked)
+    return replace(checked, mobility=found, warnings=warnings, started=start)
+
+
+def _fixes_too_much(model: SortedDae) -> bool:
+    """Whether more start values are fixed than states are free: some follow from others, or
+    contradict them."""
+    fixed = sum(c.fixed for c in model.candidates) + sum(f.fixed for f in model.fixed)
+    return fixed + len(model.initial_residuals) > model.state_count
+
+
+def _tells(problem: Diagnostic) -> bool:
+    return problem.code in ("R410", "R411", "R412", "R415")
+
+
+def _warning(problem: Diagnostic) -> Diagnostic:
+    return replace(problem, severity=Severity.WARNING)
 
 
 def summary_of(checked: Checked) -> Iterator[str]:
@@ -122,8 +141,9 @@ def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
     return f"{text}, {mobility.rank} by rank at the start ({told})"
 
 
-def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobility:
-    """The mechanism put together as a run does it. Raises PlanarcError where that cannot be."""
+def _put_together(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:
+    """The model at its start, as a run does it, and how its mechanism may move there. Raises
+    PlanarcError where there is no start."""
     from planarc.insight.rank import deficiency
     from planarc.solve.start.redundancy import Redundant
 
@@ -135,4 +155,6 @@ def _find_mobility(model: SortedDae, mechanism: Mechanism, clock: Clock) -> Mobi
             opened.start()
         except Redundant as problem:
             redundant = replace(problem.diagnostics[0], severity=Severity.WARNING)
+        if mechanism is None:
+            return None
         return Mobility(mechanism.mobility, deficiency(program, opened.kernel), redundant)
