@@ -24,11 +24,11 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related, error
-from planarc.core.prose import listed
+from planarc.core.prose import both, listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
-from planarc.ir.flatwalk import set_by
+from planarc.ir.flatwalk import assigned_in, nodes_of, set_by
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.bounds import bounds
@@ -112,7 +112,7 @@ class Runner(Struct):
         self.ways[0] += 1
         if self.ways[0] > MAX_WAYS and loop is not None:
             what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
-            raise self.refused(what, loop.span)
+            raise self.refused(what, loop.span, _never_ends(loop))
         if self.ways[0] > MAX_WAYS:
             raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
         other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
@@ -190,13 +190,13 @@ class Runner(Struct):
     def value(self, e: flat.Expression) -> Value:
         return scalar.lower_expression(self.here(), e)
 
-    def refused(self, what: str, span: Span) -> UnknownCourse:
+    def refused(self, what: str, span: Span, hint: str | None = None) -> UnknownCourse:
         return UnknownCourse(
             Diagnostic(
                 "L322",
                 f"{what} in {self.label} cannot be turned into equations",
                 span,
-                hint="let the condition depend on values that are known at compile time",
+                hint=hint or "let the condition depend on values that are known at compile time",
                 related=(Related("called here", self.span),),
             )
         )
@@ -272,7 +272,7 @@ class Runner(Struct):
     def _next_for(self, loop: _For) -> None:
         name = loop.statement.iterator
         if loop.turn < len(loop.domain):
-            self._count_turn(loop.statement.span)
+            self._count_turn(loop.statement)
             self.values[name] = loop.domain[loop.turn]
             self.frames += [replace(loop, turn=loop.turn + 1), _Body(loop.statement.body)]
         else:
@@ -292,7 +292,7 @@ class Runner(Struct):
                 break
             place = t.const(start + turn * step)
             here = t.less_equal(place, stop) if step > 0 else t.less_equal(stop, place)
-            self._count_turn(s.span)
+            self._count_turn(s)
             before = replace(self, values=dict(self.values))
             self.values[s.iterator] = place
             try:
@@ -314,10 +314,11 @@ class Runner(Struct):
         message, span = dae.Message((otherwise.message,)), otherwise.span or self.span
         self.scope.model.assertions.append(dae.Assertion(holds, message, span=span))
 
-    def _count_turn(self, span: Span) -> None:
+    def _count_turn(self, loop: flat.Statement) -> None:
         self.turns[0] += 1
         if self.turns[0] > MAX_TURNS:
-            raise self.refused(f"a loop of more than {MAX_TURNS} turns", span)
+            hint = _never_ends(loop) if isinstance(loop, flat.WhileStatement) else None
+            raise self.refused(f"a loop of more than {MAX_TURNS} turns", loop.span, hint)
 
     def _forget(self, loop: _For) -> None:
         self.values.pop(loop.statement.iterator, None)
@@ -329,7 +330,7 @@ class Runner(Struct):
 
     def _next_while(self, loop: _While) -> None:
         s = loop.statement
-        self._count_turn(s.span)
+        self._count_turn(s)
         condition = expr(self.value(s.condition))
         if not condition.is_const:
             self._split(self.scope.table.not_(condition), s)  # the way that leaves the loop
@@ -407,3 +408,13 @@ def _bound(entries: float, variable: flat.Variable) -> None:
     if not 0 <= entries <= MAX_ENTRIES:
         message = f"`{variable.name}` cannot have {entries:g} entries"
         raise error("L323", message, variable.span)
+
+
+def _never_ends(loop: flat.WhileStatement) -> str | None:
+    """The hint about a loop that changes nothing of its condition."""
+    asked = dict.fromkeys(
+        e.name for e in nodes_of([loop.condition]) if isinstance(e, flat.Reference)
+    )
+    if not asked or not {*asked}.isdisjoint(assigned_in(loop.body)):
+        return None
+    return f"nothing in the loop changes {both(asked)}, by which it ends"
