@@ -115,11 +115,15 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | N
             two = len(names) == 2 and find_pins(dae, mechanism).issuperset(j.name for j in joints)
             slide = "both hold the distance between them: put a slide (`Joints.Prismatic`) in line "
             slide += "with one of them, or leave one out;"
+            hint = slide if two else ""
+            if all(len(j.frames) == 1 for j in joints) and len(links) == 1:  # as wheels that roll
+                hint = f"put a hinge (`Joints.Revolute`) between {both(parts)} and each of "
+                hint += f"{both(names)}, which cannot turn by itself now;"
             return (
                 f"{listed(f'`{n}`' for n in names)} hold {listed(f'`{n}`' for n in parts)} too "
                 f"often: they take {held} motions away, and there are only {free}",
                 place(dae, last.partition(".")[0]),
-                slide if two else "",
+                hint,
             )
     return None
 

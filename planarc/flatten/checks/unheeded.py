@@ -138,6 +138,8 @@ def _lonely(
         and other.parent is not None
         and other.parent is not owner
         and other.parent.parent is owner.parent
+        and other.parent.element is not None
+        and not other.parent.element.definition.prefixes.inner
         and other.elements.keys() == connector.elements.keys()
         and not any(name.startswith(f"{other.parent.name}.") for name in connected)
     ]
