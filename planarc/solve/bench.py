@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isclose
+from math import inf, isclose
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Severity
@@ -130,6 +130,7 @@ class Bench:
             self.request.span,
             self.integrator.errors(),
             self.recorder.last(),
+            float(self.recorder.time[self.recorder.count - 1]) if self.recorder.count else -inf,
             way,
         )
         failed = self.kernel.failed_block if block < 0 else block

@@ -37,6 +37,7 @@ class Scene(Data):
     span: float  # of the run, in seconds
     errors: Sequence[float]  # of each state in the last step, as a part of its tolerance
     row: Mapping[int, float]  # the last one, by slot
+    row_time: float = -math.inf  # that of the last row
     way: float | None = None  # seconds that the last `STRETCH` steps went, where they creep
 
 
@@ -50,6 +51,9 @@ def stopped(
     ydot = [math.nan] * len(y)
     flag = kernel.rhs(t, y, ydot) or _flag(scene, t, y) or (0 if _finite(ydot) else -1)
     place = Place(t, "at", _fastest(scene, y, ydot if flag == 0 else ()))
+    if flag < 0 and (first := _first_without(scene, t, y)) is not None:
+        flag, t = first
+        block, place = kernel.failed_block, replace(place, t=t)
     if flag == 0:
         stretched = _stretched(program, kernel, scene.selection) if cause in _STRETCHING else -1
         if stretched >= 0:
@@ -69,6 +73,28 @@ def stopped(
     stretched = _stretched(program, kernel, scene.selection)
     on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
     return _block(program, kernel, place, stretched if stretched >= 0 and on_top else block, t)
+
+
+def _first_without(scene: Scene, t: float, y: Sequence[float]) -> tuple[int, float] | None:
+    """The kernel's flag at the first point without values on the straight way from the last row,
+    which has some, to `y`, and its time; None where it is not known. The workspace is left
+    there."""
+    candidates = [scene.program.candidates[i] for i in scene.selection]
+    if not scene.row_time < t or any(c.slot not in scene.row for c in candidates):
+        return None
+    begin = [scene.row[c.slot] for c in candidates]
+
+    def flag_at(part: float) -> int:
+        point = [a + part * (b - a) for a, b in zip(begin, y, strict=True)]
+        return _flag(scene, scene.row_time + part * (t - scene.row_time), point)
+
+    good, bad = 0.0, 1.0
+    if flag_at(good) != 0:
+        return None
+    for _ in range(_HALVINGS):
+        middle = (good + bad) / 2
+        good, bad = (good, middle) if flag_at(middle) != 0 else (middle, bad)
+    return flag_at(bad), scene.row_time + bad * (t - scene.row_time)
 
 
 def _flag(scene: Scene, t: float, y: Sequence[float]) -> int:
@@ -130,6 +156,8 @@ def _worst(
 #: run, in general and where the integrator says that it met such a point.
 BEYOND, FAR_BEYOND = 1e-6, 1e-1
 _OF_VALUES = (Cause.NOT_FINITE, Cause.BLOCK)
+#: Halvings of the way from a point that has values to one that has none.
+_HALVINGS = 24
 #: States may move so far on the way, relative to their size.
 _WAY = 1e-2
 
@@ -141,13 +169,20 @@ def _beyond(
     evaluated, and its time. The workspace is left there."""
     room = max((pace for pace in trouble.paces(y, ydot)), default=0.0)
     kernel, scratch = scene.kernel, [0.0] * len(y)
-    h = 1e-15 * scene.span
-    while h <= furthest * scene.span and h * room <= _WAY:
+
+    def flag_at(h: float) -> int:
         moved = [a + h * d for a, d in zip(y, ydot, strict=True)]
         flag = kernel.rhs(t + h, moved, scratch) or _flag(scene, t + h, moved)
-        if flag != 0 or not _finite(scratch):
-            return flag or -1, t + h
-        h *= 4
+        return flag or (0 if _finite(scratch) else -1)
+
+    good, h = 0.0, 1e-15 * scene.span
+    while h <= furthest * scene.span and h * room <= _WAY:
+        if flag_at(h) != 0:
+            for _ in range(_HALVINGS):
+                middle = (good + h) / 2
+                good, h = (good, middle) if flag_at(middle) != 0 else (middle, h)
+            return flag_at(h), t + h
+        good, h = h, 4 * h
     return None
 
 
