@@ -273,8 +273,26 @@ def _add_member(layout: Layout, name: str, index: int, element: syntax.Declarati
         return
     message = f"`{layout.parts[0].cls.name}` gets two different declarations of `{name}`"
     hint = "declare it in one class only, or make both declarations equal"
+    hint = _as_modifier(layout, (slot, (index, element))) or hint
     related = [Related("the other one", name_span(slot[1]))]
     raise error("F235", message, name_span(element), related=related, hint=hint)
+
+
+def _as_modifier(layout: Layout, both: tuple[tuple[int, syntax.Declaration], ...]) -> str | None:
+    """The hint where a class declares again what it inherits, only to give it a value."""
+    (index, inherited), (own_index, own) = sorted(both, key=lambda slot: slot[0] == 0)
+    if own_index != 0 or index == 0:
+        return None
+    if not isinstance(own, syntax.Component) or not isinstance(inherited, syntax.Component):
+        return None
+    value = own.modification.binding if own.modification is not None else None
+    if value is None or str(own.type) != str(inherited.type):
+        return None
+    base = layout.parts[index].cls.name.rpartition(".")[2]
+    return (
+        f"`{own.name}` is inherited: to give it another value, leave the declaration out and write "
+        f"`extends {base}({own.name} = {' '.join(value.span.text.split())})`"
+    )
 
 
 def _without_text(element: syntax.Declaration) -> syntax.Declaration:

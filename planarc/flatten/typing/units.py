@@ -357,6 +357,8 @@ class Checker(Struct):
         if own and self.units[variable.name] is None:
             message = f"the unit `{own}` of `{variable.name}` is not known"
             hint = "write it with units of the SI, `.` for times, and powers behind: `N.m/s2`"
+            if (meant := _with_a_dot(own)) is not None:
+                hint = f"write `{meant}`: a `.` stands between units that are multiplied"
             self.found.append(
                 Diagnostic("F331", message, variable.span, Severity.WARNING, hint=hint)
             )
@@ -447,6 +449,13 @@ def _other_way(side: flat.Expression | str | None) -> str | None:
     if name not in written:
         return None
     return f"`{name}` gives `{name[3:]}`: write `{written.replace(name, f'from_{name[3:]}')}`"
+
+
+def _with_a_dot(text: str) -> str | None:
+    """A unit that can be read once a dot stands between two letters, as in `Nm`."""
+    places = (m.start() for m in re.finditer(r"(?<=[A-Za-z])(?=[A-Za-z])", text))
+    tried = (f"{text[:k]}.{text[k:]}" for k in places)
+    return next((u for u in tried if unit.parse(u) is not None), None)
 
 
 def _agree(a: Dimension, b: Dimension) -> bool:

@@ -229,6 +229,11 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         if trouble.open_bracket is None:
             hint = "declare a variable that is equal to it, and give that one the start value"
         return Diagnostic("P101", message, operand or token.span, hint=hint)
+    following = trouble.tokens[trouble.at + 1 : trouble.at + 2]
+    if token.text == "connect" and following and following[0].type == "LPAR":
+        message = "`connect(...)` is an equation, and no statement of an algorithm"
+        hint = "write it behind `equation`"
+        return Once("P101", message, token.span, hint=hint, kind="connect")
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
     return Once("P105", message, token.span, hint=hint, kind=token.text)
