@@ -64,7 +64,10 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
         links.join((_GROUND, frame))
     found = _mechanism(frames, groups, links, standing, _massive(dae, links.alone()))
     passive = find_passive(dae, [joint.name for joint in found.joints])
-    spare = (f.rpartition(".")[0] for f in alone if links.root(f) == links.root(_GROUND))
+    # A force in the axes of the world has a hidden frame there, and one that is connected.
+    joined = {f.rpartition(".")[0] for f in frames if f not in {*alone}}
+    standing_alone = (f for f in alone if links.root(f) == links.root(_GROUND))
+    spare = (o for f in standing_alone if (o := f.rpartition(".")[0]) not in joined)
     held = tuple(f for f in frames if f in standing)
     return replace(found, passive=passive, standing=held, spare=tuple(spare))
 

@@ -71,22 +71,31 @@ class Jumps:
             place,
             Severity.WARNING,
             hint=f"let {given or 'what drives it'} move it without jumps, for example by "
-            f"`KinematicPTP2`{_ways_out(program, drives)}"
+            f"`KinematicPTP2`{self._ways_out(drives, name.startswith('der('))}"
             if drives or moves
             else "smooth what jumps, or leave its derivative out",
         )
 
+    def _ways_out(self, drives: Iterable[Part], speed: bool) -> str:
+        """What parameters of the drive and of its signal may be set to, where a `speed` jumps, or
+        a position."""
+        slots, told = {c.name: c.slot for c in self._program.columns}, ""
+        for part in drives:
+            smoothness, extrapolation = f"{part.name}.smoothness", f"{part.name}.extrapolation"
+            if smoothness in slots and speed:
+                told += f"; or give `{part.name}` `smoothness = "
+                told += "Modelica.Blocks.Types.Smoothness.ContinuousDerivative`"
+            at = slots.get(extrapolation, -1)
+            if at >= 0 and not speed and self._kernel.w[at] == _PERIODIC:
+                told += f"; a table that repeats, as `{part.name}`, ends with the value with "
+                told += "which it begins"
+            if f"{part.name}.exact" in slots:
+                told += f"; or let `{part.name}(exact = false)` follow it"
+        return told
 
-def _ways_out(program: Program, drives: Iterable[Part]) -> str:
-    """What parameters of the drive and of its signal may be set to."""
-    names, told = {c.name for c in program.columns}, ""
-    for part in drives:
-        if f"{part.name}.smoothness" in names:
-            told += f"; or give `{part.name}` `smoothness = "
-            told += "Modelica.Blocks.Types.Smoothness.ContinuousDerivative`"
-        if f"{part.name}.exact" in names:
-            told += f"; or let `{part.name}(exact = false)` follow it"
-    return told
+
+#: The value of `extrapolation` of a table that repeats.
+_PERIODIC = 3
 
 
 def _column(program: Program, slot: int) -> str | None:

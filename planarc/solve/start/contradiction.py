@@ -180,6 +180,34 @@ def fixed_starts(system: System, rows: Sequence[int]) -> dict[FixedSlot, int]:
     }
 
 
+def initial_against_fixed(
+    system: System, u0: Vector, rows: Sequence[int], columns: Sequence[int]
+) -> Diagnostic | None:
+    """The message where all fixed start values can be met without one initial equation of the
+    user's among some rows, and that is the only one."""
+    program, first = system.program, system.initial_rows.start
+    infos = program.initial_equations
+    initial = [row for row in rows if row in system.initial_rows and row - first < len(infos)]
+    own = [row for row in initial if is_own(program, infos[row - first].span)]
+    levels = [Level(system, u0, [r for r in rows if r != row], columns) for row in own]
+    met = [level.items and level.meet(level.items, u0).converged for level in levels]
+    if met.count(True) != 1:
+        return None
+    info, level = infos[own[met.index(True)] - first], levels[met.index(True)]
+    starts = [level.start(item) for item in level.items]
+    names = trouble.names([s.start_name for s in starts])
+    spans = dict.fromkeys(declaration(program, s.start_name, s.span) for s in starts)
+    values = "values" if len(starts) > 1 else "value"
+    one = "one of " if len(starts) > 1 else ""
+    return Diagnostic(
+        "R411",
+        f"the initial equation `{info.text}` contradicts the fixed start {values} of {names}",
+        info.span,
+        hint=f"remove it, or `fixed = true` from {one}{names}",
+        related=tuple(Related("a start is fixed here", span) for span in spans),
+    )
+
+
 def contradicting(
     system: System,
     found: Contradiction,

@@ -28,6 +28,7 @@ from planarc.solve.start.contradiction import (
     contradicting,
     contradiction,
     fixed_starts,
+    initial_against_fixed,
 )
 from planarc.solve.start.held import Choice, places, weakness
 from planarc.solve.start.redundancy import refuse_redundancy
@@ -64,6 +65,8 @@ def explain(system: System, u0: Vector, choice: Choice) -> PlanarcError:
         root = _best(system, u0, rows, columns, np.array(choice.held)) if free.converged else free
         if not root.converged:
             over = contradiction(system, u0, rows, columns)
+            if over is not None and (told := initial_against_fixed(system, u0, rows, columns)):
+                return NotAssembled(told)
             still = over and dead_centre(system, u0, over, (rows, columns))
             if still:
                 return NotAssembled(still)
