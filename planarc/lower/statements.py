@@ -112,7 +112,9 @@ class Runner(Struct):
         self.ways[0] += 1
         if self.ways[0] > MAX_WAYS and loop is not None:
             what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
-            raise self.refused(what, loop.span, _never_ends(loop))
+            bound = "bound its turns by a counter, as `and n < 20`, or let the condition depend on "
+            bound += "values that are known at compile time"
+            raise self.refused(what, loop.span, _never_ends(loop) or bound)
         if self.ways[0] > MAX_WAYS:
             raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
         other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
@@ -334,6 +336,13 @@ class Runner(Struct):
         condition = expr(self.value(s.condition))
         if not condition.is_const:
             self._split(self.scope.table.not_(condition), s)  # the way that leaves the loop
+        if (
+            condition.is_const
+            and condition.data
+            and not _leaves(s.body)
+            and (hint := _never_ends(s))
+        ):
+            raise self.refused("a loop without end", s.span, hint)
         if not condition.is_const or condition.data:
             self.frames += [loop, _Body(s.body)]
 
