@@ -27,6 +27,7 @@ from msgspec import Struct, field
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, error
 from planarc.core.files import read_plain
 from planarc.core.looked import Looked
+from planarc.flatten.library.beside import unknown_within
 from planarc.ir import syntax
 
 EXTENSIONS = (".pmo", ".mo")
@@ -157,13 +158,7 @@ class Library:
             self._added[full] = definition
             names.append(full)
         if within and stored.classes and self.entry(within) is None:
-            raise error(
-                "F204",
-                f"the package `{within}` that `within` names is not in any library",
-                stored.span,
-                hint="remove `within` if the model belongs to no package, else give the folder "
-                "that holds the package with `--library`",
-            )
+            raise unknown_within(within, stored.span)
         self._top.clear()
         return tuple(names)
 

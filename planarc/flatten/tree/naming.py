@@ -11,6 +11,7 @@ from planarc.core.nearest import did_you_mean
 from planarc.core.prose import either, shortened, ticked
 from planarc.core.resources import stdlib
 from planarc.core.source import Span
+from planarc.flatten.library.beside import package_beside
 from planarc.flatten.library.library import Library
 from planarc.flatten.tree import predefined
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument
@@ -42,6 +43,8 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
         elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known]) or did_you_mean(name, ["time"])
     library = scope.session.library
+    if elsewhere is None and _begins_path(name, span) and (at := package_beside(span, name)):
+        elsewhere = f"the package `{name}` stands beside this file: give `--library {at}`"
     if elsewhere is None and near is None and _begins_path(name, span):
         known_ones = ticked(n for n in sorted(library.top_names()) if library.added(n) is None)
         elsewhere = f"give the folder of that library with `--library`; found are {known_ones}"
