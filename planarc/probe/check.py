@@ -92,7 +92,10 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
     except PlanarcError as problem:
         if start:
             raise
-        warnings = in_one((*warnings, *(_warning(d) for d in problem.diagnostics if _tells(d))))
+        told = tuple(_warning(d) for d in problem.diagnostics if _tells(d))
+        warnings = in_one((*warnings, *told))
+        if told:  # by that they cannot move, too
+            return replace(checked, warnings=warnings)
     # What cannot be assembled cannot move either.
     locked = None if mechanism is None else mechanism.locked
     if locked is not None and (found is None or found.rank <= 0):
@@ -155,6 +158,10 @@ def _put_together(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -
             opened.start()
         except Redundant as problem:
             redundant = replace(problem.diagnostics[0], severity=Severity.WARNING)
+        except PlanarcError as problem:
+            from planarc.solve.simulate import with_reason
+
+            raise with_reason(problem, program) from None
         if mechanism is None:
             return None
         return Mobility(mechanism.mobility, deficiency(program, opened.kernel), redundant)

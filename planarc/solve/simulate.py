@@ -48,7 +48,7 @@ def simulate(
         except PlanarcError as problem:
             _blame_parameters(program, kernel, request)
             doubt = impossible_parameters(program, kernel, request.start, warnings=True)
-            raise _with_reason(problem, program, doubt) from None
+            raise with_reason(problem, program, doubt) from None
         with run.interruption:
             try:
                 run.go(progress)
@@ -79,7 +79,9 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
         raise PlanarcError(reason) from None
 
 
-def _with_reason(problem: PlanarcError, program: Program, doubt: Diagnostic | None) -> PlanarcError:
+def with_reason(
+    problem: PlanarcError, program: Program, doubt: Diagnostic | None = None
+) -> PlanarcError:
     """The problem, and why: what a component warns of its parameters, or that nothing moves."""
     lock = doubt or program.locked
     if lock is None and program.mechanism is not None:
