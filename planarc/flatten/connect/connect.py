@@ -189,6 +189,26 @@ def _unlike(left: Side, right: Side, why: str, span: Span, hint: str | None = No
     return PlanarcError(other_kind(found, sides, kinds) if mixed else found)
 
 
+def _of_the_other_kind(connector: Leaf | Instance) -> str:
+    """The source that pushes where one turns, or the other way round, to take in its place."""
+    part = connector.parent
+    name = part.cls.name if part is not None else ""
+    for kind, pairs in _OTHER_KIND.items():
+        if f".{kind}.Sources." in name and part is not None:
+            for old, new in pairs:
+                name = name.replace(old, new)
+            if part.session.library.entry(name) is not None:
+                return f"take `{name}` for `{part.name}`, or "
+    return ""
+
+
+#: The words by which names of sources for what turns and for what slides differ.
+_OTHER_KIND = {
+    "Rotational": (("Rotational", "Translational"), ("Torque", "Force")),
+    "Translational": (("Translational", "Rotational"), ("Force", "Torque")),
+}
+
+
 def _kinds_hint(left: Side, right: Side) -> str | None:
     """What stands between connectors of two kinds."""
     for connector, signal in ((left.node, right), (right.node, left)):
@@ -201,9 +221,10 @@ def _kinds_hint(left: Side, right: Side) -> str | None:
                 return f"`{signal.name}` is a signal: connect {either(given)} to it"
     kinds = {_kind(side.node) or side.name: side.name for side in (left, right)}
     if kinds.keys() == {"turns", "slides"}:
+        other = _of_the_other_kind(left.node) or _of_the_other_kind(right.node)
         return (
-            f"`{kinds['turns']}` turns and `{kinds['slides']}` slides: put a rack and pinion "
-            "between them, `Modelica.Mechanics.Rotational.Components.IdealGearR2T`"
+            f"`{kinds['turns']}` turns and `{kinds['slides']}` slides: {other}put a rack and "
+            "pinion between them, `Modelica.Mechanics.Rotational.Components.IdealGearR2T`"
         )
     if "signal" in kinds and kinds.keys() & {"turns", "slides"}:
         library = "Rotational" if "turns" in kinds else "Translational"
