@@ -29,6 +29,8 @@ _STORED, _LOST, _SUPPLIED = ("kinetic", "potential"), "lossPower", "suppliedPowe
 #: The least part of what is exchanged that is told, and the least multiple of what integrals over
 #: every second row differ by from those over all: where powers jump, these err.
 _OFF, _ERRORS = 0.02, 3.0
+#: The part of the largest energy in the whole run below which none is looked at.
+_NOTABLE = 1e-3
 
 
 def judge_accounts(result: Result) -> Iterator[Diagnostic]:
@@ -43,10 +45,12 @@ def judge_accounts(result: Result) -> Iterator[Diagnostic]:
     values = Values(result)
     with np.errstate(all="ignore"):
         declared = values.declared("energy")
+        kept = (values.full(told[n]) for told in declared.values() for n in _STORED if n in told)
+        least = _NOTABLE * max((float(np.ptp(e)) for e in kept), default=0.0)
         for component, connectors in own.items():
             if component in declared:
                 off, size = _off(values, connectors, declared[component])
-                if off > _OFF * size:
+                if off > max(_OFF * size, least):
                     yield _unfit(result.program, component, off, size)
 
 

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Parts of the largest that a sum of forces is, which balances, and one of torques, which does not.
 _BALANCED, _UNBALANCED = 1e-6, 1e-2
+#: Torques in N.m below which a sum is rounding.
+_ROUNDING = 1e-9
 
 
 def judge_reactions(result: Result) -> Iterator[Diagnostic]:
@@ -100,7 +102,7 @@ def _missing(values: Values, frames: Sequence[str]) -> float:
     if not np.max(np.hypot(sum_x, sum_y)) <= _BALANCED * pulling:
         return 0.0
     missing = float(np.max(np.abs(moment)))
-    return missing if missing > _UNBALANCED * turning else 0.0
+    return missing if missing > max(_UNBALANCED * turning, _ROUNDING) else 0.0
 
 
 def _unbalanced(info: EquationInfo, frames: Sequence[str], missing: float) -> Diagnostic:

@@ -134,9 +134,8 @@ def _check_fit(element: Element, cls: Class) -> None:
         old = name_span(element.definition)
         if redeclaration is not None:
             new = name_span(redeclaration.element)
-            raise _does_not_fit(
-                element, old, new, _named(redeclaration.element, own), wanted, reason
-            )
+            name = _named(redeclaration.element if own is cls else None, own)
+            raise _does_not_fit(element, old, new, name, wanted, reason)
         message = f"`{element.name}` does not fit its constraint `{wanted.name}`: {reason}"
         raise error("F242", message, old)
 
@@ -148,7 +147,7 @@ def _declared_class(element: Element) -> Class:
     return Class(definition, element.scope, element.name, NO_MOD, element.entry)
 
 
-def _named(new: syntax.Component | syntax.ClassDef, cls: Class) -> str:
+def _named(new: syntax.Declaration | None, cls: Class) -> str:
     """A class as it is written where it is to replace another one."""
     body = cls.definition.body
     if isinstance(new, syntax.Component):

@@ -158,7 +158,9 @@ class Checker(Struct):
         """Compare a value with what it is given to: the entries of an array apart where they have
         units of several kinds."""
         given = self.of(e)
-        if isinstance(e, flat.Array) and given is None:
+        if (
+            isinstance(e, flat.Array) and given is None and own != _PLAIN
+        ):  # `1`: numbers of any kind
             for item in e.items:
                 self.entries(what, own, item, item.span, itself)
             return

@@ -54,6 +54,8 @@ def unquoted(trouble: Trouble) -> range | None:
     if first is None:
         return _description(trouble)
     tokens, depth = trouble.tokens, 0
+    if tokens[first].type == "END":  # of the class: what stood before it is none of its words
+        return None
     for end in range(first, len(tokens)):
         kind = tokens[end].type
         depth += (kind in _OPENING) - (kind in _CLOSING)
