@@ -94,6 +94,12 @@ class Miscounted(Diagnostic):
     """Equations are too many or too few, as they may be where a part of the text is broken."""
 
 
+class Undecided(Miscounted):
+    """Unknowns that nothing decides; `names` are those as the message has them."""
+
+    names: tuple[str, ...] = ()
+
+
 class PlanarcError(Exception):
     """The model, its files or the request are wrong; carries the diagnostics.
 

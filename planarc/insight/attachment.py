@@ -142,7 +142,7 @@ def _is_flown(dae: Dae, mechanism: Mechanism, group: Group) -> bool:
     meant = (
         v
         for v in dae.variables
-        if v.start_written or v.fixed or v.state_select is StateSelect.ALWAYS
+        if v.start_written or v.fixed_written or v.state_select is StateSelect.ALWAYS
     )
     joints = {joint.name for joint in mechanism.joints if joint.conditions}
     return not ({v.component for v in meant} - joints).isdisjoint(group.components)

@@ -65,7 +65,8 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
     found = _mechanism(frames, groups, links, standing, _massive(dae, links.alone()))
     passive = find_passive(dae, [joint.name for joint in found.joints])
     # A force in the axes of the world has a hidden frame there, and one that is connected.
-    joined = {f.rpartition(".")[0] for f in frames if f not in {*alone}}
+    lonely = frozenset(alone)
+    joined = {f.rpartition(".")[0] for f in frames if f not in lonely}
     standing_alone = (f for f in alone if links.root(f) == links.root(_GROUND))
     spare = (o for f in standing_alone if (o := f.rpartition(".")[0]) not in joined)
     held = tuple(f for f in frames if f in standing)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic, Related, Undecided
 from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
@@ -76,9 +76,10 @@ def _surplus(dae: Dae, misfit: Misfit) -> Diagnostic:
         )
     else:
         shown = listed([*(e.shown for e in rivals[:_SHOWN]), *["others"][: len(rivals) - _SHOWN]])
-        message = f"{shown} decide the same unknowns: {counted(surplus, 'equation')} too many"
-        if len(rivals) > 1 == len({e.shown for e in rivals}):
-            message = f"{rivals[0].shown} stands here again: 1 equation too many"
+        what = f"{shown} decide the same unknowns"
+        if len({e.shown for e in rivals}) == 1:
+            what = f"{rivals[0].shown} stands here again"
+        message = f"{what}: {counted(surplus, 'equation')} too many"
     last = next((e for e in reversed(rivals) if e in misfit.too_many), rivals[-1])
     others = tuple(Related(f"{e.shown} stands here", e.span) for e in rivals if e is not last)
     hint = _how_to_move(dae, last, alone) if surplus == 1 else None
@@ -332,12 +333,13 @@ def _undecided(
 ) -> Diagnostic:
     such = f", such as `{likely}`," if likely else ""
     others = tuple(Related(f"{e.shown} decides something else", e.span) for e in naming[:_SHOWN])
-    return Diagnostic(
+    return Undecided(
         "S303",
         f"nothing decides {shortened([f'`{n}`' for n in names], _SHOWN)}",
         first.span,
         hint=f"write an equation for `{first.name}`{such or ','} or a value where it is declared",
         related=others,
+        names=tuple(names),
     )
 
 

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Miscounted, Related
+from planarc.core.diagnostic import Diagnostic, Miscounted, Related, Undecided
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
@@ -188,7 +188,8 @@ def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
             hint += f"`{' + '.join(names)} = 0`"
     note = Related(f"`{lack.component}` is one of it", lack.span)
     related = (note,) if lack.component else ()
-    return Miscounted("F320", message, lack.class_span, hint=hint, related=related)
+    open_ones = () if lack.free else tuple(names)
+    return Undecided("F320", message, lack.class_span, hint=hint, related=related, names=open_ones)
 
 
 def _off(instance: Instance, excess: Excess) -> Related | None:

@@ -4,8 +4,9 @@ from a source.
 In:   the connections
 Out:  a warning F336 for each
 
-The inputs of a controller are `u_s` and `u_m`, those of a difference `u1` and `u2`. With both
-exchanged it drives away from the set value, which no equation says is wrong.
+The inputs of a controller are `u_s` and `u_m`. With both exchanged it drives away from the set
+value, which no equation says is wrong. Those of a difference may be exchanged on purpose: a gain
+behind it has the other sign then.
 
 Example: `connect(angle.phi, pid.u_s); connect(step.y, pid.u_m);`
 """
@@ -20,7 +21,7 @@ from planarc.flatten.tree.nodes import Instance, Leaf, Session
 from planarc.ir import syntax
 
 #: The input that is set, and the one that is measured.
-_PAIRS = {"u_s": "u_m", "u1": "u2"}
+_SET, _MEASURED = ".u_s", ".u_m"
 #: What a class is in whose name this stands.
 _SOURCES, _SENSORS = ".Sources.", ".Sensors."
 
@@ -33,20 +34,19 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
             if _is(end.node, syntax.Causality.INPUT) and _is(other.node, syntax.Causality.OUTPUT):
                 given[end.name] = (connection, other.name, _class_of(other.node))
     for name, (connection, sensor, kind) in given.items():
-        block, _, own = name.rpartition(".")
-        measured = given.get(f"{block}.{_PAIRS.get(own, '')}")
+        block = name.removesuffix(_SET)
+        measured = given.get(f"{block}{_MEASURED}") if block != name else None
         if measured is None or _SENSORS not in kind or _SOURCES not in measured[2]:
             continue
         place, source, _ = measured
-        measuring = f"{block}.{_PAIRS[own]}"
         session.warnings.append(
             Diagnostic(
                 "F336",
-                f"`{block}` takes what `{sensor}` measures for the set value `{own}`, and "
+                f"`{block}` takes what `{sensor}` measures for the set value `u_s`, and "
                 f"`{source}` for the measured one: it drives away from where it is to go",
                 connection.span,
                 Severity.WARNING,
-                hint=f"exchange them: write `connect({sensor}, {measuring});` and "
+                hint=f"exchange them: write `connect({sensor}, {block}{_MEASURED});` and "
                 f"`connect({source}, {name});`",
                 related=(Related("the other one", place.span),),
             )

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Undecided
 from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.flatten.tree.nodes import Chosen, Env
@@ -77,13 +77,14 @@ def _values(conditions: Iterable[syntax.Expression], env: Env) -> str:
 def with_branch(told: Diagnostic, component: str, absent: Sequence[Absent]) -> Diagnostic:
     """The message about what nothing decides, with the branches that would decide it; or with
     those of the same component, as what is left over may be what follows from it."""
-    shown = told.message.rpartition("decides ")[2] if "decides " in told.message else ""
-    near = [n for a in absent if shown and a.component == component for n in sorted(a.names)]
-    for name in dict.fromkeys((*shown.replace("`", "").split(", "), *near)):
+    if not isinstance(told, Undecided) or not told.names:
+        return told
+    near = [n for a in absent if a.component == component for n in sorted(a.names)]
+    for name in dict.fromkeys((*told.names, *near)):
         notes = [
             Related(f"an equation of `{name}` stands {a.where}", a.span)
             for a in absent
-            if name and a.holds(name, component)
+            if a.holds(name, component)
         ]
         if notes:
             hint = f"say in all branches what `{name}` is"

@@ -36,7 +36,7 @@ from planarc.core.quantity import in_unit, measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
-from planarc.ir.flatwalk import inside
+from planarc.ir.flatwalk import inside, nodes_of
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
@@ -110,7 +110,8 @@ class Checker(Struct):
         """A unit as it was declared, where it is that of a variable."""
         if isinstance(side, str):
             return side
-        names = () if side is None else references(side)
+        inside = () if side is None else nodes_of([side])
+        names = (e.name for e in inside if isinstance(e, flat.Reference))
         texts = (self.declared.get(n) for n in names if self.units.get(n) == known)
         return next((t for t in texts if t), None) or _text(known)
 
@@ -156,11 +157,9 @@ class Checker(Struct):
         self, what: str, own: Known, e: flat.Expression, span: Span, itself: flat.Expression
     ) -> None:
         """Compare a value with what it is given to: the entries of an array apart where they have
-        units of several kinds."""
+        units of several kinds, but where its unit is `1`, which is said of any numbers."""
         given = self.of(e)
-        if (
-            isinstance(e, flat.Array) and given is None and own != _PLAIN
-        ):  # `1`: numbers of any kind
+        if isinstance(e, flat.Array) and given is None and own != _PLAIN:
             for item in e.items:
                 self.entries(what, own, item, item.span, itself)
             return
@@ -421,20 +420,6 @@ _USUAL = ("deg", "mm", "cm", "km", "km/h", "g", "min", "h", "rpm", "bar")
 
 #: A text right behind a value.
 _TEXT_BEHIND = re.compile(r'\s*"([^"\s]{1,12})"')
-
-
-def references(e: flat.Expression) -> list[str]:
-    """The variables that an expression names, in their order."""
-    match e:
-        case flat.Reference(name=name):
-            return [name]
-        case flat.Unary(operand=operand):
-            return references(operand)
-        case flat.Binary(left=left, right=right):
-            return references(left) + references(right)
-        case flat.Array(items=items):
-            return [name for item in items for name in references(item)]
-    return []
 
 
 def shared(values: Iterable[Known]) -> Known:

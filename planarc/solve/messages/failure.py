@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -88,13 +88,19 @@ def _first_without(scene: Scene, t: float, y: Sequence[float]) -> tuple[int, flo
         point = [a + part * (b - a) for a, b in zip(begin, y, strict=True)]
         return _flag(scene, scene.row_time + part * (t - scene.row_time), point)
 
-    good, bad = 0.0, 1.0
-    if flag_at(good) != 0:
+    if flag_at(0.0) != 0:
         return None
+    flag, part = _narrowed(flag_at, 0.0, 1.0)
+    return flag, scene.row_time + part * (t - scene.row_time)
+
+
+def _narrowed(flag_at: Callable[[float], int], good: float, bad: float) -> tuple[int, float]:
+    """The flag at the first place that has no values, and that place, between one that has some
+    and one that has none."""
     for _ in range(_HALVINGS):
         middle = (good + bad) / 2
         good, bad = (good, middle) if flag_at(middle) != 0 else (middle, bad)
-    return flag_at(bad), scene.row_time + bad * (t - scene.row_time)
+    return flag_at(bad), bad
 
 
 def _flag(scene: Scene, t: float, y: Sequence[float]) -> int:
@@ -178,10 +184,8 @@ def _beyond(
     good, h = 0.0, 1e-15 * scene.span
     while h <= furthest * scene.span and h * room <= _WAY:
         if flag_at(h) != 0:
-            for _ in range(_HALVINGS):
-                middle = (good + h) / 2
-                good, h = (good, middle) if flag_at(middle) != 0 else (middle, h)
-            return flag_at(h), t + h
+            flag, h = _narrowed(flag_at, good, h)
+            return flag, t + h
         good, h = h, 4 * h
     return None
 
