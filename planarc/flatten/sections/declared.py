@@ -123,10 +123,10 @@ def _of_part(part: Part, session: Session) -> Iterator[tuple[bool, str, str, syn
 
 def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
     """(kind, name, expression) of an argument of the annotation."""
+    argument = _modification(argument)
     kind = _name(argument)
     if kind not in _KINDS:
         raise _unknown(kind, _KINDS, argument)
-    assert isinstance(argument, syntax.ElementModification)
     if kind == "visual":
         return
     value = binding_of(argument)
@@ -138,7 +138,7 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
         if kind == "size":
             raise error("F267", "say which size: `size('length L' = ...)`", argument.span)
         yield kind, "", value
-    for inner in inside(argument):
+    for inner in map(_modification, inside(argument)):
         name = _name(inner)
         if kind == "energy":
             yield from _energy(name, inner)
@@ -146,28 +146,30 @@ def _read(argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expressi
             yield from _worded(kind, name.strip("'"), inner)
         elif kind == "force":
             yield from _force(name, inner)
-        elif isinstance(inner, syntax.ElementModification) and (own := binding_of(inner)):
+        elif own := binding_of(inner):
             yield kind, name, own
 
 
-def _energy(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
+def _energy(
+    name: str, argument: syntax.ElementModification
+) -> Iterator[tuple[str, str, syntax.Expression]]:
     if name not in _ENERGIES:
         raise _unknown(name, tuple(_ENERGIES), argument)
-    assert isinstance(argument, syntax.ElementModification)
     value = binding_of(argument)
     if value is not None:
         yield "energy", name, value
-    for inner in inside(argument):
-        rate = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
+    for inner in map(_modification, inside(argument)):
+        rate = binding_of(inner)
         if name not in _STORED or _name(inner) != "rate" or rate is None:
             raise _unknown(_name(inner), ("rate",) if name in _STORED else (), inner)
         yield "energy", f"{name}.rate", rate
 
 
-def _force(name: str, argument: syntax.Argument) -> Iterator[tuple[str, str, syntax.Expression]]:
-    assert isinstance(argument, syntax.ElementModification)
+def _force(
+    name: str, argument: syntax.ElementModification
+) -> Iterator[tuple[str, str, syntax.Expression]]:
     force = binding_of(argument)
-    inner = (i for i in inside(argument) if isinstance(i, syntax.ElementModification))
+    inner = map(_modification, inside(argument))
     places = [place for i in inner if _name(i) == "at" and (place := binding_of(i))]
     if force is None or not places:
         raise error("F267", f"say what acts where: `force({name}(at = ...) = ...)`", argument.span)
@@ -179,23 +181,29 @@ _WORDED = {"event": ("say when", "from"), "size": ("say how large", "of")}
 
 
 def _worded(
-    kind: str, text: str, argument: syntax.Argument
+    kind: str, text: str, argument: syntax.ElementModification
 ) -> Iterator[tuple[str, str, syntax.Expression]]:
-    assert isinstance(argument, syntax.ElementModification)
     missing, other = _WORDED[kind]
     value = binding_of(argument)
     if value is None:
         raise error("F267", f"{missing}: `{kind}('{text}' = ...)`", argument.span)
     yield kind, text, value
-    for inner in inside(argument):
-        more = binding_of(inner) if isinstance(inner, syntax.ElementModification) else None
+    for inner in map(_modification, inside(argument)):
+        more = binding_of(inner)
         if _name(inner) != other or more is None:
             raise _unknown(_name(inner), (other,), inner)
         yield kind, f"{text}.{other}", more
 
 
-def _name(argument: syntax.Argument) -> str:
-    return ".".join(argument.name) if isinstance(argument, syntax.ElementModification) else ""
+def _modification(argument: syntax.Argument) -> syntax.ElementModification:
+    if isinstance(argument, syntax.ElementModification):
+        return argument
+    hint = "write `name = value`"
+    raise error("F267", f"`{_WORD}` takes no redeclaration", argument.span, hint=hint)
+
+
+def _name(argument: syntax.ElementModification) -> str:
+    return ".".join(argument.name)
 
 
 def _unknown(name: str, known: tuple[str, ...], argument: syntax.Argument) -> PlanarcError:
