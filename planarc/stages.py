@@ -193,8 +193,10 @@ def find_held(model: SortedDae, mechanism: Mechanism | None) -> Diagnostic | Non
     doubled = None if mechanism is None else locked.find_doubled(model.dae, mechanism)
     if doubled is not None or (mechanism is not None and mechanism.locked is not None):
         return doubled
-    rigid = None if mechanism is None else locked.find_rigid_loop(model.dae, mechanism)
-    return rigid or locked.find_held(model)
+    if mechanism is None:
+        return locked.find_held(model)
+    rigid = locked.find_rigid_loop(model.dae, mechanism)
+    return rigid or locked.find_held_angle(model.dae, mechanism) or locked.find_held(model)
 
 
 def attachment_warnings(

@@ -25,6 +25,7 @@ from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
 from planarc.insight.connectors import find_pins, grouped
 from planarc.insight.misfit import find_loop
+from planarc.insight.sensors import zeros
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, below, symbol_text
@@ -73,6 +74,30 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             found = next((p for p in combinations(at_end, 2) if _in_one_loop(mechanism, p)), None)
             if found is not None:
                 return _doubled(dae, part, end, next(f for f in frames if f != end), found)
+    return None
+
+
+def find_held_angle(dae: Dae, mechanism: Mechanism) -> Locked | None:
+    """The warning about a hinge on the ground that turns a part whose own equation says its angle:
+    a point mass with `fixAngle = true`."""
+    pins, said = find_pins(dae, mechanism), zeros(dae)
+    for joint in mechanism.joints:
+        if joint.name not in pins or GROUND not in joint.links or len(joint.links) != 2:
+            continue
+        frames = mechanism.links[joint.links[1]].frames
+        holder = next((owner(f) for f in frames if f"{f}.phi" in said), None)
+        part = None if holder is None else own_part(dae, holder)
+        if part is None or own_part(dae, joint.name) is None:
+            continue
+        flag = f"{part.name}.fixAngle" in {p.name for p in dae.parameters}
+        loose = f"leave {'`fixAngle=true`' if flag else 'that'} out of `{part.name}`"
+        return Locked(
+            "S322",
+            f"`{joint.name}` cannot turn: an equation of `{part.name}` says that its angle is 0",
+            part.span,
+            Severity.WARNING,
+            hint=f"{loose}, and give it an inertia as a `Parts.Body` where it is to turn",
+        )
     return None
 
 

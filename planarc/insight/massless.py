@@ -12,7 +12,9 @@ Example: the angle of the point between a spring and a damper in series, `spring
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+
+from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
@@ -20,9 +22,10 @@ from planarc.core.prose import be, both, listed, shortened
 from planarc.insight.attachment import find_floating, hang, open_apart, place, replacing
 from planarc.insight.connectors import FRAME, owner
 from planarc.insight.idle import find_elements
-from planarc.insight.sensors import find_sensors
+from planarc.insight.sensors import find_sensors, zeros
 from planarc.insight.topology import find_derived, find_moving
 from planarc.ir.dae import Dae
+from planarc.ir.flat import Part
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import own_names
 
@@ -33,12 +36,13 @@ def find_massless(
     dae: Dae, mechanism: Mechanism, undetermined: Collection[str]
 ) -> Diagnostic | None:
     """The error about the joints and forces around the first such link."""
-    for link in _loose_links(dae, mechanism, undetermined):
-        what = shortened([f"`{n}`" for n in link.open], _SHOWN)
-        if link.moved:
-            what = f"how `{link.moved[0]}` moves"
-        if link.moved and not link.rigid and len(link.around) == 1:
-            return _unloaded(dae, mechanism, link.moved[0], link.frames)
+    for loose in _loose_links(dae, mechanism, undetermined):
+        link = loose.link
+        what = shortened([f"`{n}`" for n in loose.open], _SHOWN)
+        if loose.moved:
+            what = f"how `{loose.moved[0]}` moves"
+        if loose.moved and not link.rigid and len(link.around) == 1:
+            return _unloaded(dae, mechanism, loose.moved[0], link.frames)
         return _told(dae, link.rigid, link.around, what)
     return None
 
@@ -47,12 +51,12 @@ def find_hung(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> 
     """The error about bodies that hang on nothing but a sensor, which such a link lacks."""
     links = _loose_links(dae, mechanism, undetermined)
     for group in find_floating(dae, mechanism) if links else ():
-        link = next((i for i in links if {*group.instead}.intersection(i.frames)), None)
-        if link is None:
+        found = (i for i in links if {*group.instead}.intersection(i.link.frames))
+        if (loose := next(found, None)) is None:
             continue
         names = list(dict.fromkeys(c.partition(".")[0] for c in group.components))
-        move = "moves" if len(link.moved) == 1 else "move"
-        joints = listed(f"`{name}`" for name in link.moved)
+        move = "moves" if len(loose.moved) == 1 else "move"
+        joints = listed(f"`{name}`" for name in loose.moved)
         behind = f": nothing that {joints} {move} has a mass" if joints else ""
         return Diagnostic(
             "S303",
@@ -63,50 +67,105 @@ def find_hung(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> 
     return None
 
 
-class _Loose(Data):
-    """A link without mass whose motion nothing determines."""
+def find_unloaded(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Diagnostic | None:
+    """The error about a driven joint that moves nothing: its drive has no mass to accelerate, and
+    what it gives contradicts the zero force of the open end."""
+    driving = {part.name for part in givers}
+    joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
+    driven = {n: d for names in joined for n in names for d in names if d in driving and d != n}
+    for link in _links(dae, mechanism):
+        apart = {*link.around}.difference(own_names(dae, link.heavy))
+        if len(link.joints) != 1 or link.joints[0] not in driven or len(apart) > 1:
+            continue
+        joint = link.joints[0]
+        if not link.heavy:
+            found = _unloaded(dae, mechanism, joint, link.frames, driven[joint])
+            if not link.rigid:
+                return found
+            name = link.rigid[0]
+            hint = f"give `{name}` a mass: `BodyShape` is a rod with one; or connect a body to it"
+            return replace(found, hint=hint)
+        if not link.rigid and link.heavy <= _points(dae, link.frames):
+            mass = own_names(dae, sorted(link.heavy))[0]
+            return Diagnostic(
+                "S303",
+                f"`{driven[joint]}` has nothing to turn: `{mass}` has no inertia, and is on the "
+                f"axis of `{joint}` itself",
+                place(dae, mass),
+                hint=f"make `{mass}` a `Parts.Body` with an inertia `I`, or put a rod between "
+                f"`{joint}` and it",
+            )
+    return None
+
+
+def _points(dae: Dae, frames: Sequence[str]) -> set[str]:
+    """The components that take no torque at these frames."""
+    zero = zeros(dae)
+    return {owner(frame) for frame in frames if f"{frame}.t" in zero}
+
+
+class _Link(Data):
+    """A link that moves, and what is on it."""
 
     frames: tuple[str, ...]
-    moved: tuple[str, ...]  # joints on it whose motion is open
-    open: tuple[str, ...]  # unknowns of its frames that are
+    joints: list[str]
+    heavy: frozenset[str]  # components with mass
     rigid: list[str]  # components with two frames of it
     around: list[str]  # joints, and forces with one
 
 
-def _loose_links(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> list[_Loose]:
-    # Open forces say that something is held twice, and nothing of masses.
+def _links(dae: Dae, mechanism: Mechanism) -> Iterator[_Link]:
     frames = [f for link in mechanism.links for f in link.frames]
-    places = {f"{f}.{v}" for f in frames for _, v in FRAME}
-    derived = find_derived(dae)
-    moves = [n for n in undetermined if n in places or n in derived]
-    loose = {owner(name) for name in moves}
     sensors = find_sensors(dae, frames).keys()
     weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
     heavy = find_moving(dae) - weightless
-    found = []
     for number, link in enumerate(mechanism.links):
+        if number == GROUND:
+            continue
         ends = Counter(owner(f) for f in link.frames if owner(f) not in sensors)
         joints = [j.name for j in mechanism.joints if number in j.links]
-        moved = tuple(j for j in joints if j in loose)
-        if number == GROUND or not heavy.isdisjoint(ends):
-            continue
-        if moved or not loose.isdisjoint(link.frames):
-            bare = [c for c, count in ends.items() if c not in joints and count > 1]
-            # A joint inside of a part stands for that part.
-            inside = {o for o in ends if any(j.startswith(f"{o}.") for j in joints)}
-            around = own_names(dae, (c for c in ends if c not in bare and c not in inside))
+        rigid = [c for c, count in ends.items() if c not in joints and count > 1]
+        # A joint inside of a part stands for that part.
+        inside = {o for o in ends if any(j.startswith(f"{o}.") for j in joints)}
+        around = (c for c in ends if c not in rigid and c not in inside)
+        there = heavy & ends.keys()
+        yield _Link(link.frames, joints, there, own_names(dae, rigid), own_names(dae, around))
+
+
+class _Loose(Data):
+    """A link without mass whose motion nothing determines."""
+
+    link: _Link
+    moved: tuple[str, ...]  # joints on it whose motion is open
+    open: tuple[str, ...]  # unknowns of its frames that are
+
+
+def _loose_links(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> list[_Loose]:
+    # Open forces say that something is held twice, and nothing of masses.
+    places = {f"{f}.{v}" for link in mechanism.links for f in link.frames for _, v in FRAME}
+    derived = find_derived(dae)
+    moves = [n for n in undetermined if n in places or n in derived]
+    loose = {owner(name) for name in moves}
+    found = []
+    for link in _links(dae, mechanism):
+        moved = tuple(j for j in link.joints if j in loose)
+        if not link.heavy and (moved or not loose.isdisjoint(link.frames)):
             ours = tuple(n for n in moves if owner(n) in link.frames)
-            found.append(_Loose(link.frames, moved, ours, own_names(dae, bare), around))
+            found.append(_Loose(link, moved, ours))
     return found
 
 
-def _unloaded(dae: Dae, mechanism: Mechanism, joint: str, frames: Sequence[str]) -> Diagnostic:
+def _unloaded(
+    dae: Dae, mechanism: Mechanism, joint: str, frames: Sequence[str], drive: str = ""
+) -> Diagnostic:
     """The message about a joint that moves nothing."""
     end = next(f for f in frames if owner(f) == joint)
     load = open_apart(dae, mechanism)
+    effect = f"`{drive}` has nothing to accelerate" if drive else ""
+    effect = effect or "nothing determines how it moves"
     return Diagnostic(
         "S303",
-        f"nothing that `{joint}` moves has a mass, so that nothing determines how it moves",
+        f"nothing that `{joint}` moves has a mass, so that {effect}",
         place(dae, joint.partition(".")[0]),
         hint=f"connect `{end}` to {f'`{load}`' if load else 'a body with mass'}",
     )

@@ -33,7 +33,7 @@ from planarc.insight.connectors import (
     grouped,
     owner,
 )
-from planarc.insight.massless import find_hung, find_massless
+from planarc.insight.massless import find_hung, find_massless, find_unloaded
 from planarc.insight.open_ends import left_open
 from planarc.insight.sensors import are_passed, find_ends, hidden_connectors
 from planarc.ir.dae import Dae
@@ -72,7 +72,10 @@ def explain_misfit(
         )
     hung = None if mechanism is None else find_hung(dae, mechanism, undetermined)
     told = hung or left_open(dae, mechanism, undetermined, givers)
-    return told or (None if mechanism is None else find_massless(dae, mechanism, undetermined))
+    if told is not None or mechanism is None:
+        return told
+    told = find_massless(dae, mechanism, undetermined)
+    return told or find_unloaded(dae, mechanism, givers)
 
 
 def part_of_others(dae: Dae) -> Diagnostic | None:

@@ -98,10 +98,11 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         left_over = f"`{text(entry.left)} = {text(entry.right)}`"
         nothing = f"{equation.shown} determines nothing: with the other equations it comes to "
         if part is None:
-            givers += [] if equation.generated else _driven_from(dae, entry)
             found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
             found = _between_parts(dae, entry, equation) or found
-            found = _of_open_end(dae, equation, left_over) or found
+            at_open_end = _of_open_end(dae, equation, left_over)
+            found = at_open_end or found
+            givers += [] if at_open_end else _driven_from(dae, entry)
             wrong.append(point_home(dae, found, equation.component))
             continue
         reached = _driven_by(dae, part)
@@ -117,10 +118,15 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
 
 
 def _driven_from(dae: Dae, entry: Live) -> list[Part]:
-    """The parts that drive by what an equation of the user's gives them."""
+    """The parts that drive by what an equation gives them: the user's own, or a part's by way of
+    its signals."""
     giving = dae.drives
-    symbols = (e for e in postorder((entry.left, entry.right)) if e.op is Op.SYMBOL)
+    symbols = [e for e in postorder((entry.left, entry.right)) if e.op is Op.SYMBOL]
     equation = dae.equations[entry.index]
+    if equation.generated:
+        parts = (own_part(dae, owner(e.name)) for e in symbols)
+        reached = (_driven_by(dae, part)[-1] for part in parts if part is not None)
+        return [part for part in reached if part.name in giving]
     written = (e for e in postorder((equation.left, equation.right)) if e.op is Op.SYMBOL)
     owners = dict.fromkeys(owner(e.name) for e in (*symbols, *written))
     return [p for o in owners if o in giving and (p := own_part(dae, o)) is not None]
