@@ -33,9 +33,13 @@ def synonyms(name: str, known: Iterable[str]) -> list[str]:
     """Known names that say the same in the field's words: `hinge.w` for `hinge.omega`."""
     names = set(known)
     head, dot, last = name.rpartition(".")
-    word = last.lower()
-    meant = _words().get(word) or _words().get(word.replace("_", ""), [])
-    return [m for w in meant if (m := head + dot + w) in names]
+    return [m for w in in_other_words(last) if (m := head + dot + w) in names]
+
+
+def in_other_words(name: str) -> list[str]:
+    """The names that libraries give to what a word of the field says."""
+    word = name.lower()
+    return _words().get(word) or _words().get(word.replace("_", ""), [])
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = MOST) -> Meant | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -248,15 +249,23 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
     if "=" in wanted:
         hint = f'an option takes this: `--set "{wanted}"`, or of a sweep `--vary "{wanted}"`'
         return _usage("C103", f"there is no class `{wanted}`", hint)
-    if _is_unit(wanted):
-        hint = f'a value and its unit are one word: `2{wanted}`, or in quotes `"x=2 {wanted}"`'
-        return _usage("C103", f"there is no class `{wanted}`", hint)
-    files = [f for ending in SUFFIXES if (f := Path(f"{wanted}{ending}")).is_file()]
+    files = _models_named(wanted)
     if files:
         hint = f"name its file: `{files[0]}`"
         return _usage("C103", f"there is no class `{wanted}`", hint)
+    if len(names) and _is_unit(wanted):
+        hint = f'a value and its unit are one word: `2{wanted}`, or in quotes `"x=2 {wanted}"`'
+        return _usage("C103", f"there is no class `{wanted}`", hint)
     hint = str(near or "see `planarc list` for the names")
     return _usage("C103", f"there is no class `{wanted}`", hint)
+
+
+def _models_named(name: str) -> list[Path]:
+    """Files of models here of a name, in small or capital letters."""
+    with suppress(OSError):
+        here = [f for f in Path().iterdir() if f.suffix in SUFFIXES and f.is_file()]
+        return sorted(f for f in here if f.stem.lower() == name.lower())
+    return []
 
 
 def _usage(code: str, message: str, hint: str | None) -> UsageError:

@@ -44,7 +44,7 @@ def explain_misfit(
     own = [n for n in misfit.undecided if places.is_own(dae, known[n].span)]
     open_inputs = [n for n in misfit.undecided if n in inputs]
     if open_inputs:
-        named = dict.fromkeys(_whole_or_entry(n, open_inputs, inputs) for n in open_inputs)
+        named = dict.fromkeys(_whole_or_entry(dae, n, open_inputs, inputs) for n in open_inputs)
         under = tuple(_not_connected(dae, name) for name in [*named][:_SHOWN])
     if others := [n for n in own if n not in inputs]:
         slope = likely_slope(dae, known[others[0]]) if len(others) == 1 else None
@@ -318,8 +318,17 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
             if value.op is Op.CONST and not side.order and _moves(side.name, dae.equations):
                 start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
                 return f"to begin there, write {start}; to drive the joint, {driven}"
+            moving = any(e.is_symbol and owner in e.name for e in postorder((value,)))
+            if name in _EFFORTS and moving:  # `hinge.tau = -d*hinge.w`
+                return (
+                    f"remove it, write `{owner}(drivenFlange=true)`, and put what gives this "
+                    f"between `{owner}.support` and `{owner}.axis`, such as a `Damper`"
+                )
             return f"to drive the joint, remove the equation: {driven}"
     return None
+
+
+_EFFORTS = ("tau", "f")
 
 
 def _moves(name: str, equations: Iterable[Equation]) -> bool:
@@ -343,10 +352,13 @@ def _undecided(
     )
 
 
-def _whole_or_entry(name: str, open_inputs: Collection[str], inputs: Mapping[str, str]) -> str:
+def _whole_or_entry(
+    dae: Dae, name: str, open_inputs: Collection[str], inputs: Mapping[str, str]
+) -> str:
     """The array of an input, where all entries of it are open."""
-    entries = [n for n, array in inputs.items() if array == inputs[name]]
-    return inputs[name] if {*entries} <= {*open_inputs} else name
+    array = inputs[name]
+    entries = {v.name for v in dae.variables if v.name.startswith(f"{array}[")}
+    return array if entries <= {*open_inputs} else name
 
 
 def _not_connected(dae: Dae, name: str) -> Diagnostic:

@@ -38,12 +38,15 @@ _OTHERWISE = {
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }
 
+#: What is written as a call and is none.
+_STATEMENTS = ("annotation", "connect")
+
 
 def function_class(ref: syntax.Ref, env: Env, call: syntax.Call | None = None) -> Class:
     """The class that the name of a called function means; `call` is the call, if it is one."""
     if lookup.find(env.scope, ref.parts[0].name, ref.span) is None and not ref.absolute:
         if len(ref.parts) == 1:
-            names = [*builtins.names(), *naming.names_in_sight(env.scope), "annotation"]
+            names = [*builtins.names(), *naming.names_in_sight(env.scope), *_STATEMENTS]
             hint = _OTHERWISE.get(ref.parts[0].name) or did_you_mean(ref.parts[0].name, names)
             mend = hint if isinstance(hint, Meant) else None
             told = f"unknown function `{ref}`"

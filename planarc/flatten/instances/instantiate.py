@@ -14,8 +14,6 @@ Reference: Modelica Language Specification 3.6, sections 4.4, 5.6 and 10.1.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import suppress
 from itertools import product
 from math import prod
 
@@ -28,7 +26,6 @@ from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge, subscript
 from planarc.flatten.tree.naming import member_names, not_modifiable
 from planarc.flatten.tree.nodes import (
-    CONNECTOR_KINDS,
     Absent,
     Class,
     Element,
@@ -295,21 +292,21 @@ def check_modifier(instance: Instance) -> None:
     for_each(instance.mod.subs.items(), lambda sub: _check_modified(instance, *sub))
 
 
-def _holders(instance: Instance, name: str) -> Iterator[str]:
-    """The components of an instance, but for its connectors, that have an element of a name."""
-    for own, (index, d) in instance.layout.members.items():
-        if isinstance(d, syntax.Component) and not (d.prefixes.protected or d.prefixes.outer):
-            with suppress(PlanarcError):
-                cls = lookup.find_class(instance.scope(index), d.type)
-                if cls.definition.kind not in CONNECTOR_KINDS and name in layout_of(cls).members:
-                    yield own
-
-
 def _check_modified(instance: Instance, name: str, mod: Mod) -> None:
     members = instance.layout.members
     if name not in members:
         if lookup.member(instance, name) is None:
-            holders = tuple(_holders(instance, name))
+            holders = tuple(own for own, _ in lookup.holders(instance, (name,)))
+            element = instance.element
+            others = redeclare.replacements_with(element, name) if element else []
+            if element and others and not holders:
+                rest = f"({mod.span.text})" if mod.span else "(...)"
+                raise error(
+                    "F222",
+                    f"`{element.name}` is a `{instance.cls.name}`, which has no element `{name}`",
+                    mod.span,
+                    hint=f"make it another one: write `redeclare {others[0]} {element.name}{rest}`",
+                )
             raise not_modifiable(instance.cls.name, name, mod.span, members, holders)
         return
     index, definition = members[name]

@@ -117,7 +117,9 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     values = f"write {size} values, such as {vector}" if short else None
     mixed = re.search(r",\S", span.text) and re.search(r",\s", span.text)  # `0,5, 0`
     if size == 2 and actual.dims == (3,) and _THIRD_ZERO.search(span.text) and not mixed:
-        return f"vectors of the plane have no third entry: {values}"
+        return (
+            f"vectors of the plane have no third entry: write `{_THIRD_ZERO.sub('}', span.text)}`"
+        )
     return decimal_comma(span) or values
 
 

@@ -17,7 +17,8 @@ Reference: Modelica Language Specification 3.6, sections 5.3 and 13.2.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
 from planarc.core.mend import Meant
@@ -27,7 +28,16 @@ from planarc.core.source import Span
 from planarc.flatten.tree import naming, predefined
 from planarc.flatten.tree.demand import class_of, layout_of, node_of, static_instance
 from planarc.flatten.tree.modify import part_mod
-from planarc.flatten.tree.nodes import Class, Element, Instance, Leaf, Part, Scope, Session
+from planarc.flatten.tree.nodes import (
+    CONNECTOR_KINDS,
+    Class,
+    Element,
+    Instance,
+    Leaf,
+    Part,
+    Scope,
+    Session,
+)
 from planarc.ir import syntax
 
 _LISTED = 6  # names of a package in one message
@@ -62,10 +72,24 @@ def public_member(instance: Instance, name: str, span: Span) -> Element:
     """The element that a name behind a dot means."""
     element = member(instance, name)
     if element is None:
-        raise naming.missing_member(instance.cls, name, span)
+        raise naming.missing_member(
+            instance.cls, name, span, lambda names: holders(instance, names)
+        )
     if element.protected:
         raise error("F214", f"`{name}` is protected in `{instance.cls.name}`", span)
     return element
+
+
+def holders(instance: Instance, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The components of an instance, but for its connectors, that have an element of one of the
+    names, and the first such name."""
+    for own, (index, d) in instance.layout.members.items():
+        if isinstance(d, syntax.Component) and not (d.prefixes.protected or d.prefixes.outer):
+            with suppress(PlanarcError):
+                cls = find_class(instance.scope(index), d.type)
+                if cls.definition.kind not in CONNECTOR_KINDS:
+                    members = layout_of(cls).members
+                    yield from ((own, name) for name in names if name in members)
 
 
 def components(instance: Instance) -> Iterator[tuple[str, Element]]:

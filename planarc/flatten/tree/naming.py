@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
-from planarc.core.nearest import did_you_mean
+from planarc.core.nearest import did_you_mean, in_other_words, synonyms
 from planarc.core.prose import either, shortened, ticked
 from planarc.core.resources import stdlib
 from planarc.core.source import Span
@@ -42,6 +42,9 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
         elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known]) or did_you_mean(name, ["time"])
+    small = name.lower()
+    if elsewhere and small in scope.part.visible and re.match(rf"{name}\.[a-z]", span.text):
+        elsewhere, near = None, Meant(name, (small,))  # `World.frame_b` of the part `world`
     library = scope.session.library
     if elsewhere is None and _begins_path(name, span) and (at := package_beside(span, name)):
         elsewhere = f"the package `{name}` stands beside this file: give `--library {at}`"
@@ -135,22 +138,49 @@ def left_out(cls: Class) -> str | None:
 _PARTLY = "Modelica"
 
 
-def missing_member(cls: Class, name: str, span: Span) -> PlanarcError:
+#: The components of an instance that have an element of one of some names, and which one.
+Holders = Callable[[Sequence[str]], Iterable[tuple[str, str]]]
+
+
+def missing_member(cls: Class, name: str, span: Span, holders: Holders) -> PlanarcError:
     message = f"`{cls.name}` has no element `{name}`"
     if (cls.name, name) == ("Modelica.Mechanics", "MultiBody"):
         return spatial(message, span)
     instance = static_instance(cls)
     if reason := _unconnectable(instance):
         return PlanarcError(Once("F213", message, span, hint=reason, kind=reason))
-    near = did_you_mean(name, member_names(instance))
+    names = member_names(instance)
+    kind = f"{cls.name}.{name}"
+    if not synonyms(name, names) and (told := _rate_or_inside(name, names, span, holders)):
+        return PlanarcError(Once("F213", message, span, hint=told, kind=kind))
+    near = did_you_mean(name, names)
     hint = said(near or _offered(instance.layout.members, False))
     hint = hint or _elsewhere(instance.session.library, name) or left_out(cls)
-    if hint is None and 0 < len(inside := member_names(instance)) <= _MOST_OFFERED:
-        hint = f"it holds {either(inside)}"
+    if hint is None and 0 < len(names) <= _MOST_OFFERED:
+        hint = f"it holds {either(names)}"
     if near is not None and (switch := _switch(instance.layout.members.get(near.names[0]))):
         hint = f"{hint} It is there with `{switch}=true`"
-    kind = f"{cls.name}.{name}"
     return PlanarcError(Once("F213", message, span, hint=hint, mend=near, kind=kind))
+
+
+def _rate_or_inside(name: str, names: Collection[str], span: Span, holders: Holders) -> str | None:
+    """What to write for an acceleration that is no variable, and for what a part inside has."""
+    found = re.match(rf"(.*)\.{re.escape(name)}\b", span.text)
+    path = found[1] if found else None
+    if path is None:
+        return None
+    speed = next((s for s in _SPEEDS if s in names), None)
+    if speed is not None and name in _ACCELERATIONS:
+        return f"write `der({path}.{speed})`"
+    inside = list(holders((name,))) or list(holders(in_other_words(name)))
+    if not inside or (len(name) > 1 and did_you_mean(name, names)):
+        return None
+    written = [f"{path}.{part}.{own}" for part, own in inside[:_MOST_HOLDERS]]
+    return f"its part{'s have' if len(written) > 1 else ' has'} that: write {either(written)}"
+
+
+_SPEEDS = ("w", "v")
+_ACCELERATIONS = ("a", "z", "alpha", "acc", "acceleration")
 
 
 def _unconnectable(instance: Instance) -> str | None:

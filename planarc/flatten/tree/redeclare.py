@@ -26,7 +26,7 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.prose import shortened
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup, subtype
-from planarc.flatten.tree.demand import class_of
+from planarc.flatten.tree.demand import class_of, layout_of
 from planarc.flatten.tree.modify import compile_modification, final_error, merge, subscript
 from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
@@ -174,6 +174,22 @@ def _what_fits(element: Element, wanted: Class) -> str:
             of = f" of `{package}`"
             return f"{hint}, such as {shortened([f'`{n}`' for n in names], _MOST_OFFERED)}{of}"
     return hint
+
+
+def replacements_with(element: Element, name: str) -> list[str]:
+    """The classes that may replace that of a component and have an element of a name: those beside
+    it, by their full names."""
+    definition = element.definition
+    if not isinstance(definition, syntax.Component) or not definition.prefixes.replaceable:
+        return []
+    if element.mod.redeclaration is not None:
+        return []
+    declared = _declared_class(element)
+    chain = [lookup.find_class(scope, c.base) for c, scope in _constraints(element)]
+    package = declared.name.rpartition(".")[0]
+    wanted = chain[0] if chain else declared
+    heirs = subtype.complete_heirs(wanted, package, element.scope.session) if package else {}
+    return [f"{package}.{own}" for own, cls in heirs.items() if name in layout_of(cls).members]
 
 
 _MOST_OFFERED = 6

@@ -52,9 +52,9 @@ def obstacle(cls: Class, constraint: Class) -> str | None:
     return _input_obstacle(cls, own, wanted)
 
 
-def complete_heirs(cls: Class, package: str, session: Session) -> list[str]:
-    """The names of the classes of a package that extend a class and are not partial."""
-    found = []
+def complete_heirs(cls: Class, package: str, session: Session) -> dict[str, Class]:
+    """The classes of a package that extend a class and are not partial, by their names."""
+    found = {}
     for name in session.library.class_names(package):
         path = (*split_name(package), name)
         try:
@@ -64,7 +64,7 @@ def complete_heirs(cls: Class, package: str, session: Session) -> list[str]:
         except PlanarcError:
             continue
         if cls.definition in bases[1:] and not heir.definition.partial:
-            found.append(name)
+            found[name] = heir
     return found
 
 

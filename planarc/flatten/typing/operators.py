@@ -91,6 +91,11 @@ def _mismatch(op: str, left: flat.Expression, right: flat.Expression, span: Span
         hint = "write `./` to divide entry by entry"
     if op == "^" and left.type.dims:
         hint = "write `.^` for the power of each entry"
+        if len(left.type.dims) == 1 and isinstance(right, flat.Literal) and right.value == 2:
+            base = left.span.text
+            hint = (
+                f"write `{base}*{base}` for the square of its length, `.^` for that of each entry"
+            )
     truth = next((x for x in (left, right) if x.type.base is flat.Base.BOOLEAN), None)
     if truth is not None and op in ("+", "-", "*", "/"):
         hint = f"write `(if {truth.span.text} then 1 else 0)` to count with it"

@@ -140,13 +140,23 @@ def _open(element: Element, own: bool, part: syntax.RefPart, ref: syntax.Ref, en
                 "F217",
                 f"`{part.name}` belongs to the enclosing class `{outer}` and is no constant",
                 ref.span,
-                hint=f"give the function an input for it, and for all else of `{outer}` that it "
-                "needs",
+                hint=_handed_on(definition, env.scope.instance, outer),
                 related=(Related("declared here", definition.span),),
                 kind=f"{env.scope.instance.cls.name} in {outer}",
             )
             raise PlanarcError(told)
     return select(node_of(element), part.subscripts, env, ref)
+
+
+def _handed_on(definition: syntax.Component, inner: Instance, outer: str) -> str:
+    """How a class inside of another one gets what a component of that is."""
+    if inner.layout.kind is syntax.ClassKind.FUNCTION:
+        return f"give the function an input for it, and for all else of `{outer}` that it needs"
+    name = inner.cls.name.rpartition(".")[2]
+    if definition.prefixes.inner:
+        declared = f"`outer {definition.type} {definition.name};`"
+        return f"write {declared} in `{name}`, which stands for the one around it"
+    return f"declare it in `{name}` too, and give it its value where `{outer}` has such a part"
 
 
 #: Names of a vector's rows, in words of other languages.

@@ -143,11 +143,35 @@ def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic |
     return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
 
 
+#: Words after which the name of a class stands, or stands again.
+_NAMING = frozenset(
+    ("model", "block", "class", "package", "function", "record", "connector", "type", "end")
+)
+_BEHIND = 4  # tokens behind that word at most where the grammar sees that something is wrong
+
+
+def _name_of_two_words(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `model Simple Pendulum`, and its end."""
+    for at in range(trouble.at - 2, max(trouble.at - _BEHIND, 0) - 1, -1):
+        word, *names, after = trouble.tokens[at : at + 4]
+        if word.text not in _NAMING or [n.type for n in names] != ["IDENT", "IDENT"]:
+            continue
+        span = names[0].span.to(names[1].span)
+        goes_on = after.type not in ("STRING", "SEMICOLON") and "\n" not in span.to(after.span).text
+        if goes_on or "\n" in word.span.to(span).text:
+            return None
+        one = "".join(n.text[0].upper() + n.text[1:] for n in names)
+        message = f"`{span.text}` is no name: a name is one word"
+        return Once("P101", message, span, hint=f"write `{one}`", kind=f"two words {span.text}")
+    return None
+
+
 DECLARATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
     _modifier_behind_value,
     _modified_type,
     _import_from,
     _import_as,
     _hyphen,
+    _name_of_two_words,
     _type_in_a_modifier,
 )
