@@ -27,7 +27,8 @@ Read = Callable[[Path], syntax.StoredDefinition]
 _OWN = Path(__file__).parent / "library.pmo"
 _BLOCKS = stdlib() / "Modelica" / "Blocks"
 
-#: Package -> file, and the names of the classes in it that are put into the package.
+#: Package -> file, and the names of the classes in it that are put into the package; without
+#: names all that are inside of its class.
 _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
     ("Modelica.Blocks.Types", _OWN, ("ExternalCombiTable1D", "ExternalCombiTable2D")),
     (
@@ -40,11 +41,7 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
             *("getTable2DAbscissaUmin", "getTable2DAbscissaUmax"),
         ),
     ),
-    (
-        "Modelica.Blocks.Tables.Internal",
-        _BLOCKS / "Tables" / "Internal.pmo",
-        ("secant", "slope", "slopes", "segment", "value", "valueOnRow", "advance", "misplacedRow"),
-    ),
+    ("Modelica.Blocks.Tables.Internal", _BLOCKS / "Tables" / "Internal.pmo", ()),
     ("Modelica.Blocks.Sources", _BLOCKS / "Sources" / "CombiTimeTable.pmo", ("CombiTimeTable",)),
     ("Modelica.Utilities.Streams", _OWN, ("error",)),
     ("Modelica.Utilities.Strings", _OWN, ("isEmpty",)),
@@ -90,12 +87,10 @@ def _classes_of(
     stored: syntax.StoredDefinition, names: tuple[str, ...]
 ) -> dict[str, syntax.ClassDef]:
     """Classes of a file, by name: its outermost ones, or those in them."""
-    found: dict[str, syntax.ClassDef] = {}
-    for outermost in stored.classes:
-        elements = _elements(outermost)
-        for element in (outermost, *elements):
-            if isinstance(element, syntax.ClassDef) and element.name in names:
-                found[element.name] = element
+    inside = [e for c in stored.classes for e in _elements(c) if isinstance(e, syntax.ClassDef)]
+    if not names:
+        return {element.name: element for element in inside}
+    found = {element.name: element for element in (*stored.classes, *inside)}
     return {name: found[name] for name in names}
 
 

@@ -116,6 +116,12 @@ def test_a_smooth_table_with_two_inputs_is_refused(library: Path) -> None:
     assert "only interpolated linearly or by steps" in str(result.ended)
 
 
+def test_a_table_over_time_finds_all_functions_that_it_calls(library: Path) -> None:
+    table = "Modelica.Blocks.Sources.CombiTimeTable t(table=[0, 1; 4, 9]);"
+    result = run(f"model M\n  {table}\nend M;", library)
+    assert result["t.y[1]"] == pytest.approx(1 + 2 * result.time)
+
+
 def test_a_table_in_a_file_is_refused(library: Path) -> None:
     more = ', fileName="table.txt", tableName="t"'
     text = MODEL.format(rows="[0, 1, 5; 1, 3, 6]", smoothness="LinearSegments", more=more)
