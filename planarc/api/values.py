@@ -254,7 +254,10 @@ def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> f
     except OverflowError:
         number = math.inf
     except (TypeError, ValueError):
-        raise usage_error("C202", f"`{name}` takes a number, not `{value!s:.60}`") from None
+        point = str(value).replace(",", ".")
+        hint = f"write a decimal point: {point}" if re.fullmatch(r"-?\d+\.\d+", point) else None
+        message = f"`{name}` takes a number, not `{value!s:.60}`"
+        raise usage_error("C202", message, hint=hint) from None
     if not math.isfinite(number):
         raise usage_error("C202", f"`{name}` must be a finite number, not {number:g}")
     return number

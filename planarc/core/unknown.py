@@ -92,7 +92,8 @@ def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
 def _too_many(function: str, known: tuple[str, ...], most: int) -> UnknownKeyword:
     unnamed = [n for n in known[:most] if n != "self"]
     message = f"`{function}` takes {ticked(unnamed) or 'nothing'} without a name"
-    hint = f"write the others by name: {shortened([f'`{n}=...`' for n in known[most:]], _SHOWN)}"
+    named = shortened([f"`{n}=...`" for n in known[most:]], _SHOWN)
+    hint = f"write the others by name: {named}" if named else "several values stand in one list"
     return UnknownKeyword(Diagnostic("C201", message, hint=hint))
 
 

@@ -149,7 +149,7 @@ def _solver(options: RunOptions, stepping: bool) -> Solver:
             raise _usage(
                 "R407",
                 f"the solver `{solver}` needs the length of its steps",
-                "give one, for example --fixed-step 1e-3",
+                "give one, for example a fixed step of 1e-3 s: `--fixed-step 1e-3`",
             )
         return solver
     if not (math.isfinite(length) and length > 0):

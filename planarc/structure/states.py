@@ -156,12 +156,16 @@ def _reset_together(
 ) -> Diagnostic:
     """The refusal of more `reinit`s than there are motions to set."""
     names = ticked(attributes[t].display for t in always)
-    spans = [resets.spans[t] for t in always if t in resets.spans]
+    spans = list(dict.fromkeys(resets.spans[t] for t in always if t in resets.spans))
+    hint = f"leave {len(always) - free} of these `reinit` out: what is set there follows"
+    if len(spans) == 1 < len(always):  # of an array
+        likely = attributes[always[0]].display
+        hint = f"set what moves alone, such as `reinit({likely}, ...)`: the other entries follow"
     return Diagnostic(
         "S308",
         f"{names} are all set by `reinit`, but only {free} of them {be(free)} independent",
         spans[-1] if spans else attributes[always[-1]].span,
-        hint=f"leave {len(always) - free} of these `reinit` out: what is set there follows",
+        hint=hint,
         related=tuple(Related("this one is another", span) for span in spans[:-1]),
     )
 
@@ -185,7 +189,8 @@ def _follows(
     related = (Related("from this equation", source.span),)
     if own is not None:
         by, related = f"`{own.name}`", (Related(f"`{own.name}` is declared here", own.span),)
-        hint = f"leave the `reinit` out, or `{own.name}`, which gives it at any time"
+        if dae is not None and own.name in dae.drives:
+            hint = f"leave the `reinit` out, or `{own.name}`, which gives it at any time"
     message = f"`{a.display}` is set by `reinit`, but follows from {by}"
     return Diagnostic("S313", message, span, hint=hint, related=related)
 
