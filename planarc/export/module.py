@@ -63,7 +63,7 @@ from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
 from planarc.ir.flat import StateSelect
-from planarc.ir.frame import Frame, place
+from planarc.ir.frame import Frame, angles_of_loops, place
 from planarc.ir.program import Program
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import AHEAD, unknowns
@@ -127,8 +127,9 @@ declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
 """
 _TABLES = (
-    *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "nominals", "system"),
-    *("wanted", "starts", "packed", "seal", "relations", "sampled", "quiet_slots"),
+    *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "angles"),
+    *("nominals", "system", "wanted", "starts", "packed", "seal", "relations", "sampled"),
+    "quiet_slots",
     "touches",
 )
 
@@ -239,6 +240,7 @@ def _tables(
         row = [places.get(j, 0) for j in range(len(program.blocks[i].tears))]
         follow += [records[i], records[leader], *row]
     nominals = [(c.slot, c.nominal) for c in program.candidates if c.nominal is not None]
+    angles = angles_of_loops(program)
     rows = image.system[2] + image.system[3] + image.system[4]
     homes = [n for pair in made.homes for n in pair]
     w = dict(made.homes)[Frame.W]
@@ -267,6 +269,7 @@ def _tables(
             table("px_open", (records[i] for i in opened)),
             table("px_stay", (int(c.select is StateSelect.ALWAYS) for c in tears)),
             table("px_follow", follow),
+            table("px_angles", (len(angles), *(n for pair in angles for n in pair))),
             table("px_nominals", (n for pair in nominals for n in pair)),
             table("px_system", image.system),
             table("px_wanted", (start for _, start in made.given)),

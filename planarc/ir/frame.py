@@ -11,6 +11,8 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     passing   pointer   what derivatives are passed on in (`Passing`), where they are
     zeros     float64   the zero functions where CVODE looked last
     shifts    float64   what CVODE's zero functions are moved by (the first `Number.SHIFTED`)
+    angles    int64     how many angles of loops there are, and for each its slot and its place in
+                        `accepted`: CVODE's steps move them by less than `REACH`
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -26,6 +28,7 @@ from typing import Any, Final
 
 from planarc.core.data import Data
 from planarc.ir.expr import text
+from planarc.ir.once import once
 from planarc.ir.program import BlockCode, Program
 
 
@@ -39,6 +42,7 @@ class Frame(IntEnum):
     PASSING = 6
     ZEROS = 7
     SHIFTS = 8
+    ANGLES = 9
 
 
 class Number(IntEnum):
@@ -139,6 +143,18 @@ def place(program: Program) -> Placement:
         area += ARRAYS + len(b.residuals) * (1 + len(b.tears) + ROW_ARRAYS)
         area += TEAR_ARRAYS * len(b.tears)
     return Placement(tuple(records), solved, 3 * total + 1, area)
+
+
+@once
+def angles_of_loops(program: Program) -> tuple[tuple[int, int], ...]:
+    """The angles among the unknowns that close loops, by their slots and places in `accepted`."""
+    angles = {c.slot for c in program.columns if c.unit == "rad"}
+    found = []
+    for code, record in zip(program.blocks, place(program).records, strict=True):
+        if code.height and not code.linear:
+            slots = record[Record.SLOTS :][: len(code.tears)]
+            found += [(s, record[Record.ACCEPTED] + i) for i, s in enumerate(slots) if s in angles]
+    return tuple(found)
 
 
 def _slots(program: Program, block: BlockCode, derivative: dict[int, int]) -> list[int]:

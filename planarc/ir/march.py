@@ -21,6 +21,9 @@ DIP_POINTS: Final = 3
 MISFIT: Final = 0.1
 #: Growth of a derivative on the way of a step from which it has a pole there.
 GROWTH: Final = 1e3
+#: What an angle of a loop moves by in a step at most, in rad. A loop can be closed in several ways:
+#: where its angles move farther than to the next one, Newton's method may take that.
+REACH: Final = 0.5
 
 
 class Arguments(ctypes.Structure):

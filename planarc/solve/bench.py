@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.interruption import Interruption
+from planarc.ir.frame import angles_of_loops
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.program import Program
@@ -61,6 +62,7 @@ class Bench:
             request.fixed_step,
             _followed(program),
             any(r.waves for r in program.relations),
+            tuple(slot for slot, _ in angles_of_loops(program)),
         )
         self.integrator: Integrator
         if request.stepping:

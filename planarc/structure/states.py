@@ -156,6 +156,11 @@ def _reset_together(
 ) -> Diagnostic:
     """The refusal of more `reinit`s than there are motions to set."""
     names = ticked(attributes[t].display for t in always)
+    if not free:
+        span = resets.spans.get(always[0], attributes[always[0]].span)
+        it = "it follows" if len(always) == 1 else "they follow"
+        message = f"{names} {be(len(always))} set by `reinit`, but {it} from the states"
+        return Diagnostic("S313", message, span, hint=resets.hint)
     spans = list(dict.fromkeys(resets.spans[t] for t in always if t in resets.spans))
     hint = f"leave {len(always) - free} of these `reinit` out: what is set there follows"
     if len(spans) == 1 < len(always):  # of an array

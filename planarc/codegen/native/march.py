@@ -63,7 +63,7 @@ def march_function(c: Code, a: Value) -> None:
         # The point reached is accepted as it was evaluated last, when CVODE's corrector
         # converged: it lies within the tolerance, and blocks only start there.
         with c.when(~given.workspace.load(REAL).equals(t)):
-            unsolved = c.call(FLAG, "pc_cv_rhs", t, y, given.dense, context)
+            unsolved = c.call(FLAG, "pc_rhs", context, t, given.y_numbers, given.dense_numbers)
             c.leave(~unsolved.equals(0), failed)
         c.call(FLAG, "pc_accept", context, t)
     given.set("taken", given.taken + 1)

@@ -18,6 +18,7 @@ from planarc.codegen.native.look import look_function
 from planarc.codegen.native.march import march_function
 from planarc.codegen.native.motions import motions_function
 from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.reaching import give_where_far
 from planarc.codegen.native.root import root_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
@@ -188,7 +189,10 @@ def _vector(frame: Value, vector: Value) -> Value:
 def _cv_rhs(c: Code, t: Value, y: Value, d: Value, frame: Value) -> None:
     flag = c.call(FLAG, "pc_rhs", frame, t, _vector(frame, y), _vector(frame, d))
     # A trial point may lie outside a formula's domain: let the integrator try a smaller step.
-    c.give(c.select(flag.equals(0), c.constant(0, FLAG), c.constant(1, FLAG)))
+    with c.when(~flag.equals(0), leaves=True):
+        c.give(1)
+    give_where_far(c, frame, frame.load(POINTER, Frame.ANGLES))
+    c.give(0)
 
 
 @function("i32 pc_cv_roots(double t, ptr y, ptr g, ptr frame)")

@@ -22,6 +22,7 @@ from planarc.export.instance.block import (
     larger,
     load_narrow,
     load_signed,
+    nominal_of,
     plan,
     store_narrow,
     whole,
@@ -30,7 +31,6 @@ from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.relations import numbers_of, told
 from planarc.export.instance.said import MARK
 from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
-from planarc.export.instance.steps import nominal_of
 from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
 from planarc.export.text import text_constant
 from planarc.ir.frame import Frame, Number

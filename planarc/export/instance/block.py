@@ -280,3 +280,15 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
 def hold(c: Code, m: Value) -> None:
     """The present point becomes the one that nonlinear blocks start from."""
     c.call(FLAG, "pc_accept", m, m.load(POINTER, Frame.W).load(REAL))
+
+
+def nominal_of(c: Code, m: Value, i: Value) -> Value:
+    """The size of a state: that of its candidate, which the model says, or 1."""
+    w, numbers, _, _ = open_frame(m)
+    slot = numbers.at(Number.FIRST_STATE).load(INT, i)
+    table = constant(c, "px_nominals")
+    found = c.variable(1.0)
+    with c.loop(plan(c, Table.NOMINALS)) as k, c.when(table.load(INT, k * 2).equals(slot)):
+        value = c.absolute(w.load(REAL, table.load(INT, k * 2 + 1)))
+        found.set(c.select(value > 0.0, value, 1.0))
+    return found.get()

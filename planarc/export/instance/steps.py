@@ -34,11 +34,21 @@ from planarc.codegen.native.assembly import (
     function,
 )
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import BYTE, hold, is_null, larger, load_narrow, plan, whole
+from planarc.codegen.native.reaching import give_where_far
+from planarc.export.instance.block import (
+    BYTE,
+    constant,
+    hold,
+    is_null,
+    larger,
+    load_narrow,
+    nominal_of,
+    plan,
+    whole,  # fmt: skip
+)
 from planarc.export.instance.instants import due
 from planarc.export.instance.relations import attempt
 from planarc.export.plan import Own, Phase, Stale, Table
-from planarc.ir.frame import Number
 
 _NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 _ROWS = (
@@ -116,7 +126,8 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
 
 @function("double px_error(ptr m, double h)")
 def _error(c: Code, m: Value, h: Value) -> None:
-    """The largest error of a step beside what is allowed."""
+    """The largest error of a step beside what is allowed; beyond all where a loop moved too far."""
+    give_where_far(c, m, constant(c, "px_angles"), c.constant(1e300, REAL), REAL)
     with c.when(m.load(REAL, Own.STIFF) > 0.0, leaves=True):
         c.give(c.call(REAL, "px_stiff_error", m), REAL)
     n, slopes = plan(c, Table.STATES), m.load(POINTER, Own.STAGES)
@@ -152,18 +163,6 @@ def _between(c: Code, m: Value, t: Value, out: Value) -> None:
         inner = bend + part * (other + rest * (h * more.get()))
         out.store(begin.load(REAL, i) + part * (change + rest * inner), i)
     c.give()
-
-
-def nominal_of(c: Code, m: Value, i: Value) -> Value:
-    """The size of a state: that of its candidate, which the model says, or 1."""
-    w, numbers, _, _ = open_frame(m)
-    slot = numbers.at(Number.FIRST_STATE).load(INT, i)
-    table = Value(c, POINTER, "@px_nominals")
-    found = c.variable(1.0)
-    with c.loop(plan(c, Table.NOMINALS)) as k, c.when(table.load(INT, k * 2).equals(slot)):
-        value = c.absolute(w.load(REAL, table.load(INT, k * 2 + 1)))
-        found.set(c.select(value > 0.0, value, 1.0))
-    return found.get()
 
 
 @function("i32 px_begin(ptr m)")

@@ -18,9 +18,9 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.codegen.native.passing import STEP
-from planarc.export.instance.block import larger, plan, whole
+from planarc.export.instance.block import larger, nominal_of, plan, whole
 from planarc.export.instance.slopes import has_slopes
-from planarc.export.instance.steps import BEGIN, TRIAL, nominal_of, vector
+from planarc.export.instance.steps import BEGIN, TRIAL, vector
 from planarc.export.plan import Own, Table
 from planarc.ir.derivatives import CHUNK, Passing
 from planarc.ir.frame import Number

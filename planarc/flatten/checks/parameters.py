@@ -122,9 +122,10 @@ def check_ranges(pairs: Pairs, session: Session) -> None:
         if value is None:
             continue
         subject = f"the {what} {{}} of `{name}`"
-        if v.attributes.quantity == "Angle" and v.attributes.unit != "deg":
+        unit = v.attributes.unit
+        if unit == "rad" or (v.attributes.quantity == "Angle" and unit != "deg"):
             _check_angle(subject, value, session)
-        if v.attributes.quantity == "AngularVelocity" and v.attributes.unit == "rad/s":
+        if unit == "rad/s" and v.attributes.quantity in ("", "AngularVelocity"):
             _check_speed(subject, value, session)
         if v.attributes.min is None and v.attributes.max is None:
             continue

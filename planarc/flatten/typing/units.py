@@ -18,7 +18,7 @@ The file is long because what is certain of a unit and what is told of it are on
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
@@ -175,6 +175,8 @@ class Checker(Struct):
                 self.report_zeros(f"the sides of `{e.op}`", e.span)
                 return left
             case "+" | "-" | ".+" | ".-":
+                if all(map(_has_gain, _terms(e))):
+                    return left if left == right else None
                 sides = e.left, e.right
                 return self.agree(f"the sides of `{e.op}`", left, right, e.span, sides)
             case "<" | "<=" | ">" | ">=" | "==" | "<>":
@@ -416,6 +418,26 @@ class Checker(Struct):
 
 
 #: Units of other scales that have names of their own.
+def _terms(e: flat.Expression) -> Iterator[flat.Expression]:
+    """What a sum adds up, and takes away."""
+    if isinstance(e, flat.Binary) and e.op in ("+", "-", ".+", ".-"):
+        yield from _terms(e.left)
+        yield from _terms(e.right)
+    elif isinstance(e, flat.Unary):
+        yield from _terms(e.operand)
+    else:
+        yield e
+
+
+def _has_gain(term: flat.Expression) -> bool:
+    """Whether a number stands before one variable, as the gain of a controller, which may have any
+    unit."""
+    if not isinstance(term, flat.Binary) or term.op not in ("*", ".*"):
+        return False
+    gain = term.left.operand if isinstance(term.left, flat.Unary) else term.left
+    return isinstance(gain, flat.Literal) and not isinstance(term.right, flat.Binary)
+
+
 _USUAL = ("deg", "mm", "cm", "km", "km/h", "g", "min", "h", "rpm", "bar")
 
 #: A text right behind a value.

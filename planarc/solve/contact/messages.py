@@ -16,6 +16,7 @@ from planarc.ir.program import Program
 from planarc.solve.contact.bodies import bodies, fixed_together
 from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages import event
+from planarc.solve.messages.loops import SPEEDS, given_of, joints_of
 from planarc.solve.messages.sides import switch
 
 if TYPE_CHECKING:
@@ -202,12 +203,27 @@ def begun_wrong(touches: Points, t: float) -> Diagnostic | None:
 
 
 def one_body(touches: Points, i: int, t: float) -> Diagnostic:
-    message = f"the contours of {named(touches, i)} cannot move against each other"
-    met = bodies(touches.program, touches.all[i].name)
-    if len(met) == 1:
-        message = f"both contours of {named(touches, i)} are fixed to {met[0]}"
+    name, program = named(touches, i), touches.program
+    message = f"the contours of {name} cannot move against each other"
     hint = "connect its frames to bodies that move against each other"
+    met = bodies(program, touches.all[i].name)
+    if len(met) == 1:
+        message = f"both contours of {name} are fixed to {met[0]}"
+    elif isinstance(touches, Touches) and (given := _given(touches, i)):
+        message = f"at t = {t:.6g} s the contours of {name} meet, and neither can yield: {given}"
+        hint = "drive by a force or a torque, let the contact yield (`law=Compliant`), or end the "
+        hint += "motion before"
     return _found(touches, i, "R481", message, hint)
+
+
+def _given(touches: Touches, i: int) -> str:
+    """The speeds that drives give to the joints around a contact."""
+    component = touches.all[i].name
+    while component:
+        if joints := joints_of(touches.program, {component}):
+            return given_of(touches.program, touches.kernel, joints, SPEEDS)
+        component = component.rpartition(".")[0]
+    return ""
 
 
 def _friction(touches: Points, some: Sequence[int], mu: Vector | None) -> str:

@@ -58,7 +58,14 @@ def given_in_loop(
 ) -> str:
     """The coordinates of a loop's joints that others than it decide, with their values; e.g.
     "`crank.phi` = 3.1, which `ramp` gives"."""
-    joints = dict.fromkeys(joint.name for joint in loop_joints(program, components))
+    joints = [joint.name for joint in loop_joints(program, components)]
+    return given_of(program, kernel, joints, coordinates)
+
+
+def given_of(
+    program: Program, kernel: Kernel, joints: Collection[str], coordinates: Collection[str]
+) -> str:
+    """The coordinates of some joints that others than these decide, in the same words."""
     solved = {c.slot for c in program.candidates}
     told = []
     for column in program.columns:

@@ -19,10 +19,17 @@ _ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c
 
 class Callbacks:
     """`flag` is the kernel's of the last right-hand side, `zeros` are its last zero functions;
-    `absolute` are the tolerances."""
+    `absolute` are the tolerances; a point that `is_far` is refused, for a shorter step."""
 
-    def __init__(self, session: Session, kernel: Kernel, size: int, absolute: Any) -> None:
-        self._session, self._kernel = session, kernel
+    def __init__(
+        self,
+        session: Session,
+        kernel: Kernel,
+        size: int,
+        absolute: Any,
+        is_far: Callable[[], bool],
+    ) -> None:
+        self._session, self._kernel, self._is_far = session, kernel, is_far
         self._absolute = absolute
         self._numbers = _viewer(session, size)
         self.flag = 0
@@ -32,7 +39,10 @@ class Callbacks:
         kernel, numbers = self._kernel, self._numbers
 
         def rhs(t: float, y: int, ydot: int, _: object) -> int:
-            flag = self.flag = kernel.rhs(t, numbers(y), numbers(ydot))
+            flag = kernel.rhs(t, numbers(y), numbers(ydot))
+            if flag == 0 and self._is_far():
+                flag = 1
+            self.flag = flag
             return abs(flag)  # positive: CVODE tries a shorter step, up to what has no value
 
         return _RHS(self._session.guarded(rhs))

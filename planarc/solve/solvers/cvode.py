@@ -124,7 +124,8 @@ class Cvode(Integrator):
         self._adams = adams
         self._vectors, numbers = self._session.vectors(3, states)
         self._y, self._dense, self._absolute = numbers
-        self._callbacks = Callbacks(self._session, kernel, states, self._absolute)
+        callbacks = Callbacks(self._session, kernel, states, self._absolute, self._is_far)
+        self._callbacks = callbacks
         self._machine, self._addresses = kernel.capabilities.machine, None
         if self._machine is not None:
             self._addresses = self._machine.addresses(lib.address("N_VGetArrayPointer"))
@@ -322,6 +323,8 @@ class Cvode(Integrator):
 
     def step(self, limit: float) -> March:
         memory, time = self._session.memory, C.byref(self._time)
+        if self._addresses is None:
+            self._begin_step()
         flag = self._lib.CVode(memory, limit, self._vectors[0], time, ONE_STEP)
         if flag < 0:
             self._session.reraise()

@@ -19,6 +19,7 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.ir.kernel import Kernel
+from planarc.ir.march import REACH
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.dips import Dips
 from planarc.solve.solvers.poles import Poles
@@ -99,6 +100,7 @@ class Settings(Data):
     fixed_step: float | None = None  # seconds
     tears: tuple[int, ...] = ()  # slots of the unknowns of nonlinear blocks of the top
     waves: bool = False  # zero functions may switch any number of times within a step
+    angles: tuple[int, ...] = ()  # slots of those that close loops
 
 
 class Integrator(ABC):
@@ -118,6 +120,7 @@ class Integrator(ABC):
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
         self.poles = Poles(kernel, states, self.adapts)
+        self._angles_before: list[float] = []  # the angles of loops where the present step began
         self._relations = Zeros(kernel)
         self._dips, self._crossing = Dips(self._relations, settings.relations), tuple[int, ...]()
 
@@ -200,6 +203,18 @@ class Integrator(ABC):
             if watch.moved(kernel.w):
                 return March(Outcome.LOOK, steps=done)
         return March(Outcome.BUDGET, steps=steps)
+
+    # How far loops may move in a step, where steps come from Python
+
+    def _begin_step(self) -> None:
+        w = self._kernel.w
+        self._angles_before = [w[slot] for slot in self._settings.angles]
+
+    def _is_far(self) -> bool:
+        """Whether a loop may be closed in another way at the workspace's point than where the step
+        began."""
+        w, pairs = self._kernel.w, zip(self._settings.angles, self._angles_before, strict=False)
+        return any(abs(w[slot] - before) > REACH for slot, before in pairs)
 
     # What zero functions do within a step
 

@@ -77,7 +77,10 @@ class ScipyIntegrator(SteppingIntegrator):
         return int(self._solver.njev or 0) if self._solver is not None else 0
 
     def _of_array(self, t: float, y: NDArray[np.float64]) -> list[float]:
-        return self._rhs(t, y.tolist())
+        ydot = self._rhs(t, y.tolist())
+        if self._is_far():
+            raise Unsolved(1)
+        return ydot
 
     def _jacobian(self, t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """The Jacobian from formulas; by differences at a point where these have no derivative."""
@@ -112,6 +115,7 @@ class ScipyIntegrator(SteppingIntegrator):
 
     def step(self, limit: float) -> March:
         shorter = 0
+        self._begin_step()
         while True:
             try:
                 if self._solver is None or self._limit != limit:

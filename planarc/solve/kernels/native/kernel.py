@@ -74,6 +74,7 @@ class NativeKernel(Derived):
             (Frame.ACCEPTED, self._accepted),
             (Frame.AREA, self._area),
             (Frame.SHIFTS, self._shifts),
+            (Frame.ANGLES, made.angles),
         ):
             self._frame[where] = address(array)
         self.history = History(len(program.delays))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planarc.core.data import Data
-from planarc.ir.frame import Number, Placement, Record, place
+from planarc.ir.frame import Number, Placement, Record, angles_of_loops, place
 from planarc.ir.once import once
 from planarc.ir.program import Program
 
@@ -29,6 +29,7 @@ class Layout(Data):
     tear_starts: Indices  # slots of the start values of all tears
     parameters: Indices  # slots of parameters with a default
     defaults: Vector
+    angles: NDArray[np.int64]  # of loops, as `Frame.ANGLES` has them
     asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
     selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
 
@@ -44,6 +45,7 @@ def find_layout(program: Program) -> Layout:
         if code.height
         for i in range(len(code.residuals))
     )
+    angles = angles_of_loops(program)
     given = [p for p in program.parameter_slots if p.default is not None]
     return Layout(
         placed,
@@ -53,6 +55,7 @@ def find_layout(program: Program) -> Layout:
         np.array([starts[s] for s in tears], np.intp),
         np.array([p.slot for p in given], np.intp),
         np.array([p.default for p in given], float),
+        np.array([len(angles), *(n for pair in angles for n in pair)], np.int64),
         {},
         {},
     )
