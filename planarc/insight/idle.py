@@ -17,7 +17,8 @@ supplies, but no kinetic energy; a force or torque of the world is one with a si
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -121,8 +122,7 @@ def _inside_links(
             continue
         (link,) = links
         if len(ends) > 1:
-            name = mechanism.links[link].name.partition(".")[0]
-            on = "on the ground" if link == GROUND else f"on `{name}`, which is rigid"
+            on = "on the ground" if link == GROUND else f"on {_rigid_part(ends, mechanism, link)}"
             yield _idle(f"`{component}` does nothing: both its ends are {on}", part)
         elif link == GROUND:
             yield Diagnostic(
@@ -134,6 +134,16 @@ def _inside_links(
             )
 
 
+def _rigid_part(ends: Sequence[str], mechanism: Mechanism, link: int) -> str:
+    """The part that two ends are on, or the parts of one piece."""
+    owners = Counter(f.partition(".")[0] for f in mechanism.links[link].frames)
+    name = mechanism.links[link].name.partition(".")[0]
+    bars = {o for o, count in owners.items() if count > 1} - {e.partition(".")[0] for e in ends}
+    if len(bars) > 1:
+        return f"one rigid part, that of `{name}`"
+    return f"`{name}`, which is rigid"
+
+
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     """Sensors and springs that read places, but no angles, of two frames with the same place."""
     frames = [f for link in mechanism.links for f in link.frames]
@@ -141,7 +151,8 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     pairs = [(c, ends) for c, ends in sensors.items() if len(ends) == 2]
     pairs += _line_forces(dae, mechanism)
     tied = _tied(dae) if pairs else None
-    inside = {*mechanism.inside}
+    link_of = {frame: i for i, link in enumerate(mechanism.links) for frame in link.frames}
+    inside = {c for c, ends in pairs if len({link_of[end] for end in ends}) == 1}
     for component, ends in pairs:
         part, is_sensor = _own(dae, component), component in sensors
         if tied is None or part is None or _together(dae, component):
