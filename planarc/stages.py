@@ -304,8 +304,9 @@ def to_slopes(program: Program, backend: Backend, scope: Scope) -> str | bytes |
 
 
 def explain(result: Result, tolerance: float | None) -> Result:
-    """A run's events in words of its components, and warnings where it lost energy, and where
-    parts of the user's own break the third law or miscount their energy."""
+    """A run's events in words of its components, and warnings where it lost energy, where parts of
+    the user's own break the third law or miscount their energy, and of absurd motions."""
+    from planarc.insight.absurd import judge_absurd
     from planarc.insight.accounts import judge_accounts
     from planarc.insight.losses import judge_losses
     from planarc.insight.reactions import judge_reactions
@@ -315,6 +316,7 @@ def explain(result: Result, tolerance: float | None) -> Result:
     found = [] if lost is None else [lost]
     found += judge_reactions(result)
     found += judge_accounts(result)
+    found += judge_absurd(result)
     if result.events and any(d.kind == "event" for d in program.declared):
         from planarc.insight.happenings import name_events
 

@@ -17,6 +17,7 @@ parts may stand still.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 from itertools import combinations
 
@@ -65,6 +66,7 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             if others and name.count(".") == 1:
                 joined.setdefault(_top(name), []).append((name, others))
     for link in mechanism.links[1:]:
+        owners = Counter(owner(f) for f in link.frames)
         for part, frames in grouped((f for f in link.frames if f.count(".") == 1), _top).items():
             ends = joined.get(part, [])
             if part in joints or len(frames) != 2 or len(ends) != 1:
@@ -72,8 +74,12 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             ((end, others),) = ends
             at_end = [n for n in dict.fromkeys(others) if n in pins]
             found = next((p for p in combinations(at_end, 2) if _in_one_loop(mechanism, p)), None)
+            free = next(f for f in frames if f != end)
             if found is not None:
-                return _doubled(dae, part, end, next(f for f in frames if f != end), found)
+                return _doubled(dae, part, end, free, found)
+            rods = [o for o in others if o not in joints and owners[o] > 1]
+            if len(at_end) == 2 and not rods:
+                return _at_near_end(dae, part, end, free, (at_end[0], at_end[1]))
     return None
 
 
@@ -154,6 +160,19 @@ def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) 
         own.span if own else dae.span,
         Severity.WARNING,
         hint=f"connect one of them to `{free}`",
+    )
+
+
+def _at_near_end(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:
+    own = own_part(dae, part)
+    there = next(names for names in dae.connections if end in names)
+    onward = next((j for j in joints if f"{j}.frame_a" in there), joints[1])
+    return Locked(
+        "S323",
+        f"nothing is connected to `{free}`, and {both(joints)} turn about the same point: `{end}`",
+        own.span if own else dae.span,
+        Severity.WARNING,
+        hint=f"connect `{onward}` to `{free}`, where `{part}` is to carry it",
     )
 
 

@@ -151,7 +151,7 @@ def angles_of_loops(program: Program) -> tuple[tuple[int, int], ...]:
     angles = {c.slot for c in program.columns if c.unit == "rad"}
     found = []
     for code, record in zip(program.blocks, place(program).records, strict=True):
-        if code.height and not code.linear:
+        if code.height and code.residuals and not code.linear:
             slots = record[Record.SLOTS :][: len(code.tears)]
             found += [(s, record[Record.ACCEPTED] + i) for i, s in enumerate(slots) if s in angles]
     return tuple(found)

@@ -10,6 +10,7 @@ Out:  flat.Declared, one for each expression, typed in the component's own scope
     size('radius of gyration' = k)               a length beside that of a mechanism, in m
     size('length without load'(of = s) = L)      the same, of what is as long as s
     point(centre = r), point = r                 a point of the plane that moves, in m
+    line = d                                     from one end of a force to the other, in m
     contact = r                                  where a joint's force acts, in m
     force(normal(at = r) = f)                    a force and where it acts, in N and m; a row each
     event('sticks' = locked)                     what happens when a condition becomes true
@@ -36,7 +37,7 @@ from planarc.ir import flat, syntax
 _WORD = "__planarc"
 _ENERGIES = {"kinetic": "J", "potential": "J", "lossPower": "W", "suppliedPower": "W"}
 _STORED = ("kinetic", "potential")
-_KINDS = ("visual", "energy", "size", "point", "contact", "force", "event")
+_KINDS = ("visual", "energy", "size", "point", "line", "contact", "force", "event")
 _NUMBER = ("energy", "size")
 _NUMBERS = (flat.Base.REAL, flat.Base.INTEGER)
 

@@ -53,3 +53,18 @@ def test_a_driven_loop_keeps_its_assembly(
     assert result.ended is None
     phi, s = result["main.phi"], result["cylinder.s"]
     assert s == pytest.approx(0.1 * np.cos(phi) + np.sqrt(0.16 - (0.1 * np.sin(phi)) ** 2))
+
+
+def test_only_loops_shorten_steps() -> None:
+    """An arm that turns by itself takes steps of any length: nothing is solved for its angle."""
+    text = """
+    model Rotor
+      inner PlanarMultiBody.World world(g=0);
+      PlanarMultiBody.Joints.Revolute axis(phi(fixed=true), w(start=1000, fixed=true));
+      PlanarMultiBody.Parts.Body rotor(m=1, I=1);
+    equation
+      connect(world.frame_b, axis.frame_a);
+      connect(axis.frame_b, rotor.frame_a);
+    end Rotor;"""
+    turned = planarc.load(text).simulate(1, intervals=2)
+    assert turned.statistics.steps < 100 < turned["axis.phi"][-1]

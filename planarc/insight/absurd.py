@@ -1,0 +1,147 @@
+"""Motions that were hardly meant: springs whose ends pass through each other, and speeds that grow
+beyond all bounds.
+
+In:   Result
+Out:  warnings R447 and R448, at the user's part
+
+Steps and rows may go past the instant at which the two ends of a spring coincide: beyond it, the
+spring pulls the other way. Components declare the vector between such ends by
+`annotation(__planarc(line = d))`.
+
+Example: 320 kg on 20 N/m, which was to be 20 N/mm. A controller whose torque has the wrong sign
+turns its arm by 1e24 rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.prose import shortened
+from planarc.ir.once import once
+from planarc.ir.places import own_names, own_part
+from planarc.ir.program import Program
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Vector
+    from planarc.ir.result import Result
+
+#: Speeds, in m/s or rad/s, that nothing has.
+_FASTEST = 1e9
+_SPEEDS = ("m/s", "rad/s")
+#: Ends pass through each other where the way between two rows leads past zero within this part of
+#: it, and is that of the rows before, to this part.
+_NEAR, _STRAIGHT = 0.02, 0.5
+_SHOWN = 3
+
+
+def judge_absurd(result: Result) -> Iterator[Diagnostic]:
+    """The warnings about the motions of a run."""
+    if len(result.time) < 3:
+        return
+    runaway = _runaway(result)
+    if runaway is not None:
+        yield runaway
+    for component, d in _lines(result.program):
+        t = _passes(result, d)
+        part = own_part(result.program, component)
+        if t is not None and part is not None:
+            yield Diagnostic(
+                "R447",
+                f"the ends of `{part.name}` pass through each other at t = {t:.4g} s, and it pulls "
+                "the other way from there on",
+                part.span,
+                Severity.WARNING,
+                hint="look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "
+                "load, or put stops where its ends meet",
+            )
+            return
+
+
+def _passes(result: Result, slots: tuple[int, int]) -> float | None:
+    """The first time at which the way of a vector leads past zero."""
+    import numpy as np
+
+    rows = np.array([np.broadcast_to(result.of_slot(s), result.time.shape) for s in slots]).T
+    time, way = result.time, np.diff(rows, axis=0)
+    begin, before, h = rows[1:-1], way[:-1], np.diff(time)
+    step = way[1:]
+    turned = (begin * rows[2:]).sum(axis=1) < 0
+    if not turned.any():
+        return None
+    with np.errstate(all="ignore"):
+        length = (step**2).sum(axis=1)
+        part = -(begin * step).sum(axis=1) / length
+        least = np.hypot(*(begin + part[:, None] * step).T)
+        expected = before * (h[1:] / h[:-1])[:, None]
+        straight = np.hypot(*(step - expected).T) < _STRAIGHT * np.sqrt(length)
+        found = np.flatnonzero(turned & straight & (least < _NEAR * np.sqrt(length)))
+    if not len(found):
+        return None
+    i = int(found[0])
+    return float(time[i + 1] + part[i] * h[i + 1])
+
+
+@once
+def _lines(program: Program) -> tuple[tuple[str, tuple[int, int]], ...]:
+    """The components that declare a vector between their ends, and the slots of this."""
+    slots = {c.name: c.slot for c in program.columns}
+    found = []
+    for d in program.declared:
+        if d.kind == "line" and isinstance(d.value, tuple):
+            x, y = (slots.get(repr(e), -1) for e in d.value)
+            if x >= 0 and y >= 0:
+                found.append((d.component, (x, y)))
+    return tuple(found)
+
+
+def _runaway(result: Result) -> Diagnostic | None:
+    """The warning about the fastest of the speeds among what may be states."""
+    speeds = _speeds(result.program)
+    stored = [(n, result.stored[s]) for n, s in speeds if s in result.stored]
+    if not stored:
+        return None
+    last = result.data[-1]
+    name, column = max(stored, key=lambda item: abs(last[item[1]]))
+    if not _FASTEST < abs(last[column]) < float("inf"):
+        return None
+    program, values = result.program, result.data[:, column]
+    part = own_part(program, name.rpartition(".")[0])
+    unit = next(c.unit for c in program.columns if c.name == name)
+    drives = [d.component for d in program.declared if d.name == "suppliedPower"]
+    own = own_names(program, drives)
+    hint = "look for what pushes the same way as it moves, and the more the farther it goes"
+    if own:
+        hint += f": the sign of what gives {shortened([f'`{n}`' for n in own], _SHOWN)} its value"
+    return Diagnostic(
+        "R448",
+        f"`{name}` grows beyond all bounds, to {float(last[column]):.2g} {unit} at t = "
+        f"{float(result.time[-1]):.4g} s: {_growth(result.time, values)}",
+        part.span if part else None,
+        Severity.WARNING,
+        hint=hint,
+    )
+
+
+def _growth(time: Vector, values: Vector) -> str:
+    """How soon it has become ten times as much, before the end."""
+    import numpy as np
+
+    size = np.maximum.accumulate(np.abs(values))
+    begin = int(np.searchsorted(size, size[-1] * 1e-6))
+    span = float(time[-1] - time[begin]) / 6
+    return f"ten times as much in {span:.2g} s" if span > 0 else "nothing moves so fast"
+
+
+@once
+def _speeds(program: Program) -> tuple[tuple[str, int], ...]:
+    """Speeds that may be states, as the user's parts name them."""
+    slots = {candidate.slot for candidate in program.candidates}
+    found: dict[int, str] = {}
+    for c in program.columns:
+        if c.unit in _SPEEDS and c.slot in slots and own_part(program, c.name.rpartition(".")[0]):
+            known = found.get(c.slot)
+            if known is None or c.name.count(".") < known.count("."):
+                found[c.slot] = c.name
+    return tuple((name, slot) for slot, name in found.items())
