@@ -74,6 +74,10 @@ class Varies(UngivenOnce):
     """A variable stands where a value is wanted that never changes; `kind` is its name."""
 
 
+class Explained(Diagnostic):
+    """An error whose hint tells the cause: a warning of its place is no better one."""
+
+
 class Unconnected(Diagnostic):
     """The warning that nothing is connected to a connector that was asked for."""
 
@@ -159,7 +163,10 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:
             continue
-        if at is not None and w.span is not None:
+        if at is not None and w.span is not None and isinstance(errors[at], Explained):
+            related = (*errors[at].related, Related(w.message, w.span))
+            errors[at] = replace(errors[at], related=related)
+        elif at is not None and w.span is not None:
             errors[at] = replace(errors[at], hint=f"mend `{w.span.text}` first: {w.message}")
         else:
             others.append(w)

@@ -90,7 +90,16 @@ class Span(NamedTuple):
 
 
 #: The place of what no file holds (a generated equation, a default).
-NOWHERE = Span(Source("<planarc>", ""), 0, 0)
+class _Nowhere(Span):
+    """No place; what is read from the disk has the same one, which `is NOWHERE`."""
+
+    __slots__ = ()
+
+    def __reduce__(self) -> str | tuple[object, ...]:
+        return "NOWHERE" if self is NOWHERE else (Span, tuple(self))
+
+
+NOWHERE: Span = _Nowhere(Source("<planarc>", ""), 0, 0)
 
 
 def model_files(folder: Path, below: bool = False) -> list[Path]:

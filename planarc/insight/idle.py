@@ -8,6 +8,7 @@ Out:  warnings S323
                          joints hold together; with start values of its own it is no idle one
     inside of one part   a spring, damper or drive between two points of one rigid body or shaft
     on the ground        a force or torque on what cannot move
+    beside its hinge     a pulley or gear wheel on the standing side of the hinge on which it turns
     on one point         a sensor of distances, or a spring along a line, whose frames are always
                          at the same place, as those of a hinge
 
@@ -25,9 +26,9 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Related, Severity, Unconnected
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, shortened
-from planarc.insight.connectors import FRAME, find_connectors, grouped, owner
+from planarc.insight.connectors import FRAME, find_connectors, find_pins, grouped, owner
 from planarc.insight.sensors import find_ends, find_sensors, hidden_connectors, zeros
-from planarc.ir.dae import Dae
+from planarc.ir.dae import WHEEL, Dae
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.flat import Misplaced, Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
@@ -41,6 +42,7 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
     yield from _ends_together(dae, link_of)
     yield from _free_beside_joints(dae, mechanism, link_of)
+    yield from _wheels_that_stand(dae, mechanism, link_of)
     inside, spare = [*_inside_links(dae, mechanism, link_of)], _spare(dae, mechanism)
     if len(inside) == len(spare) == 1:  # one of its ends was to be there
         (idle,), (ground,) = inside, spare
@@ -142,6 +144,33 @@ def _rigid_part(ends: Sequence[str], mechanism: Mechanism, link: int) -> str:
     if len(bars) > 1:
         return f"one rigid part, that of `{name}`"
     return f"`{name}`, which is rigid"
+
+
+def _wheels_that_stand(
+    dae: Dae, mechanism: Mechanism, link_of: Mapping[str, int]
+) -> Iterator[Diagnostic]:
+    """Wheels on the ground at a hinge beside which they were to turn, and the other one of which
+    turns on the ground, too: on a carrier it rolls about the one that stands."""
+    wheels = [d for d in dae.declared if d.kind == "size" and d.name.startswith(WHEEL)]
+    ends = [(d.component, f"{d.component}.{d.name.removeprefix(WHEEL)}") for d in wheels]
+    pins = find_pins(dae, mechanism) if ends else set()
+    meshing = {component for component, _ in ends}
+    grounded = [j for j in mechanism.joints if GROUND in j.links and j.name not in meshing]
+    for component, end in ends:
+        part = _own(dae, component)
+        others = {f for f, _ in link_of.items() if owner(f) == component and f != end}
+        carried = {link_of[f] for f in others} - {GROUND}
+        if part is None or link_of.get(end) != GROUND or not carried:
+            continue
+        if not all(any(link in j.links for j in grounded) for link in carried):
+            continue
+        beside = {n for names in dae.connections if end in names for n in names}
+        for hinge in (j for j in grounded if j.name in pins and beside.intersection(j.frames)):
+            turns = next((f for f in hinge.frames if link_of[f] not in (GROUND, *carried)), None)
+            if turns is not None:
+                what = f"`{end}` is on the side of `{hinge.name}` that stands still"
+                yield _idle(what, part, f"write `connect({turns}, {end});`, so that it turns")
+                break
 
 
 def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:

@@ -256,6 +256,10 @@ class Visual(Data):
         return dict(self.attributes)[name]
 
 
+#: The size of what turns with a frame begins so, as of a pulley; the frame's name follows.
+WHEEL = "radius of the wheel in "
+
+
 class Declared(Data):
     """A statement of a component about itself; see flat.Declared. A vector is a tuple."""
 

@@ -161,17 +161,17 @@ class AssertWatch:
 
         from planarc.solve.messages.assertion import assertion_diagnostic
 
+        def value(e: Expr) -> float:
+            found = columns(e)
+            return float(np.atleast_1d(found)[row if np.ndim(found) else 0])
+
         parts = [
-            part
-            if isinstance(part, str)
-            else formatted(
-                float(np.atleast_1d(columns(part[0]))[row if np.ndim(columns(part[0])) else 0]),
-                part[1],
-            )
+            part if isinstance(part, str) else formatted(value(part[0]), part[1])
             for part in assertion.message.parts
         ]
+        t = float(columns.time[row])
         return assertion_diagnostic(
-            self._program, float(columns.time[row]), assertion, "".join(parts), self._kernel
+            self._program, t, assertion, "".join(parts), self._kernel, value
         )
 
 
@@ -236,7 +236,7 @@ def impossible_parameters(
                 part if isinstance(part, str) else formatted(float(read(part[0])), part[1])
                 for part in assertion.message.parts
             )
-            return assertion_diagnostic(program, t, assertion, "".join(parts), kernel)
+            return assertion_diagnostic(program, t, assertion, "".join(parts), kernel, read)
     return None
 
 

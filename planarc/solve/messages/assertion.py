@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.source import NOWHERE
@@ -22,6 +22,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_part, owner, point_home
 from planarc.ir.program import Program
 from planarc.runtime.texts import formatted
+from planarc.solve.messages.factors import off_by_a_factor
 from planarc.solve.messages.replay import Replay
 
 
@@ -31,9 +32,11 @@ def assertion_diagnostic(
     assertion: Assertion,
     message: str,
     kernel: Kernel | None = None,
+    leaf: Callable[[Expr], float] | None = None,
 ) -> Diagnostic:
     """The message of an assertion at a time; None where no run is needed to see it. Where the
-    `kernel` has other values than the text, the place is that of the part."""
+    `kernel` has other values than the text, the place is that of the part. `leaf` has the values
+    with which it fails."""
     when = "" if t is None else f" at t = {t:.6g} s"
     place = f" in `{assertion.component}`" if assertion.component else ""
     here, is_given = "the assertion stands here", assertion.given is not NOWHERE
@@ -47,6 +50,9 @@ def assertion_diagnostic(
         told,
         assertion.given if is_given else assertion.span,
         Severity.WARNING if assertion.warning else Severity.ERROR,
+        hint=off_by_a_factor(model, kernel, assertion, message, leaf)
+        if leaf is not None and kernel is not None and isinstance(model, Program)
+        else None,
         related=(
             *_asked(model, assertion, message),
             *((Related(here, assertion.span),) if is_given else ()),
@@ -98,4 +104,6 @@ def broken_assertion(
         part if isinstance(part, str) else formatted(replay.values([part[0]])[0], part[1])
         for part in assertion.message.parts
     ]
-    return assertion_diagnostic(program, t, assertion, "".join(texts), kernel)
+    return assertion_diagnostic(
+        program, t, assertion, "".join(texts), kernel, lambda e: replay.values([e])[0]
+    )

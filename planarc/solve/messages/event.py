@@ -15,6 +15,7 @@ from planarc.ir.places import point_home
 from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
+from planarc.solve.messages.hollows import too_big
 
 
 def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
@@ -34,6 +35,8 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
     if reset:
         message += f" with what `reinit` gives to {trouble.names(reset)}"
         hint = "reinit to a value that the closed loops allow, near to the one before"
+    elif hollow := too_big(program, kernel, (info.component for info in infos)):
+        hint = hollow
     found = trouble.Unsolved(
         "R422",
         message,

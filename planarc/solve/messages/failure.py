@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 
 from msgspec.structs import replace
@@ -17,6 +16,7 @@ from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
 from planarc.solve.messages.assertion import broken_assertion
+from planarc.solve.messages.hollows import too_big
 from planarc.solve.messages.loops import (
     SPEEDS,
     given_in_loop,
@@ -57,7 +57,7 @@ def stopped(
     if flag == 0:
         stretched = _stretched(program, kernel, scene.selection) if cause in _STRETCHING else -1
         if stretched >= 0:
-            return _block(program, kernel, place, stretched)
+            return _block(program, kernel, place, stretched, row=scene.row)
         worst = _worst(scene, y, ydot)
         beyond = _beyond(scene, t, y, ydot, FAR_BEYOND if cause in _OF_VALUES else BEYOND)
         if beyond is not None:
@@ -72,7 +72,8 @@ def stopped(
         return not_finite(program, kernel, place, t)
     stretched = _stretched(program, kernel, scene.selection)
     on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
-    return _block(program, kernel, place, stretched if stretched >= 0 and on_top else block, t)
+    block = stretched if stretched >= 0 and on_top else block
+    return _block(program, kernel, place, block, t, scene.row)
 
 
 def _first_without(scene: Scene, t: float, y: Sequence[float]) -> tuple[int, float] | None:
@@ -270,7 +271,7 @@ def _moved_by(worst: tuple[str, EquationInfo] | None) -> str:
 def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diagnostic:
     """The message about a value that is not finite at the workspace's point, of time `t`."""
     info = trouble.first_not_finite(program, kernel, t)
-    advice = _advice_of_values(info.text if info else "")
+    advice = trouble.advice_of_values(info.text if info else "")
     if info is None:
         name = trouble.without_value(program, kernel)
         return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))
@@ -282,24 +283,15 @@ def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diag
     return point_home(program, found, info.component)
 
 
-def _advice_of_values(equation: str) -> str:
-    """What may have no value in an equation, by the functions that it calls."""
-    functions = {
-        r"\b(acos|asin)\(": "a sine or cosine beyond -1 to 1",
-        r"\b(log|log10)\(": "the logarithm of what is not positive",
-        r"\bsqrt\(": "the root of a negative number",
-        r"\^": "a power of a negative number",
-        r"/": "a division by something that vanishes",
-    }
-    found = [what for form, what in functions.items() if re.search(form, equation)]
-    all_ = ("a division by something that vanishes", "the root of a negative number")
-    return f"look for {listed(found or all_, 'or')}"
-
-
 def _block(
-    program: Program, kernel: Kernel, place: Place, block: int, t: float | None = None
+    program: Program,
+    kernel: Kernel,
+    place: Place,
+    block: int,
+    t: float | None = None,
+    row: Mapping[int, float] | None = None,
 ) -> Diagnostic:
-    """A block without solution at the workspace's point, of time `t`."""
+    """A block without solution at the workspace's point, of time `t`, after the last row."""
     worst = []
     if 0 <= block < len(program.blocks):
         worst = trouble.worst_equations(program, kernel, place.t if t is None else t, block)
@@ -319,6 +311,8 @@ def _block(
         related=trouble.related(worst),
     )
     loop = _driven_loop(program, block)
+    contacts = [i.component for i in infos]
+    hollow = too_big(program, kernel, (*contacts, *_parts_of_loop(program, block)), row or {})
     if loop:
         message = f"{place} the loop of {loop} cannot be closed"
         advice = (
@@ -334,6 +328,8 @@ def _block(
             message = f"{place} the loop of {around} cannot be closed any further with {speed}"
             found = replace(found, message=message)
             found = _jammed(found, program, lengths_in_loop(program, kernel, parts))
+    if hollow:
+        found = replace(found, hint=hollow)
     return point_home(program, found, worst[0][1].component if worst else "")
 
 

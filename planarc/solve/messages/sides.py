@@ -17,7 +17,7 @@ _SIDE = ".switchSide"
 def switch(program: Program, contact: str) -> str:
     """What sets the last of a contact's curves to its other side, in backticks; empty of no such
     contact."""
-    return _set(contact, _curves(program, contact))
+    return _set(contact, curves_of(program, contact))
 
 
 def other_side(
@@ -29,13 +29,14 @@ def other_side(
         return ""
     values = {p.name: float(kernel.w[p.slot]) for p in program.parameter_slots}
     for joint in loop_joints(program, components):
-        flat = [c for c in _curves(program, joint.name) if not values.get(f"{c}.closed")]
+        flat = [c for c in curves_of(program, joint.name) if not values.get(f"{c}.closed")]
         if found := _set(joint.name, [c for c in flat if not values[c + _SIDE]]):
             return f", or let it touch the other side: {found}"
     return ""
 
 
-def _curves(program: Program, contact: str) -> list[str]:
+def curves_of(program: Program, contact: str) -> list[str]:
+    """The curves of a contact, by their whole names; none of what is no contact."""
     names = (p.name for p in program.parameter_slots if p.name.startswith(f"{contact}."))
     return [name.removesuffix(_SIDE) for name in names if name.endswith(_SIDE)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related
@@ -148,3 +149,17 @@ def paces(y: Sequence[float], ydot: Sequence[float]) -> list[float]:
     """How quickly each state changes, measured by its own size; without a value, infinitely."""
     speeds = (abs(d) / max(1.0, abs(v)) for v, d in zip(y, ydot, strict=True))
     return [math.inf if math.isnan(s) else s for s in speeds]
+
+
+def advice_of_values(equation: str) -> str:
+    """What may have no value in an equation, by the functions that it calls."""
+    functions = {
+        r"\b(acos|asin)\(": "a sine or cosine beyond -1 to 1",
+        r"\b(log|log10)\(": "the logarithm of what is not positive",
+        r"\bsqrt\(": "the root of a negative number",
+        r"\^": "a power of a negative number",
+        r"/": "a division by something that vanishes",
+    }
+    found = [what for form, what in functions.items() if re.search(form, equation)]
+    all_ = ("a division by something that vanishes", "the root of a negative number")
+    return f"look for {listed(found or all_, 'or')}"

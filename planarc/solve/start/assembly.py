@@ -42,6 +42,8 @@ def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
     values = _solve_stages(system, u0, held)
     if values is not None:
         return values
+    if _stays_open(system, u0):
+        return None
     found = [
         v
         for p in places(u0)[1:]
@@ -52,6 +54,20 @@ def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:
     free = _solve_stages(system, u0, np.zeros(len(u0), dtype=bool))
     values = None if free is None else _move(system, free, u0, held)
     return _climb(system, u0, held) if values is None else values
+
+
+def _stays_open(system: System, u0: Vector) -> bool:
+    """Whether loops do not close with nothing held either, so that no held values let them."""
+    import numpy as np
+
+    if system.initial_rows or not system.stages:
+        return False
+    rows, columns = system.stages[0]
+    lower = [i for i in range(len(u0)) if i not in columns]
+    if _says_where(system, lower, np.ones(len(u0), dtype=bool)):
+        return False
+    nothing = np.zeros(len(u0), dtype=bool)
+    return not nearest_root(system, u0, rows, columns, nothing).converged
 
 
 def _climb(system: System, u0: Vector, held: Flags) -> Vector | None:
@@ -101,7 +117,8 @@ def _solve_stages(system: System, u0: Vector, held: Flags, beside: bool = False)
         if root is None or not root.converged:
             root = nearest_root(system, u, rows, columns, held, beside)
         above = [*{*above[0], *rows}], [*{*above[1], *columns}]
-        if not root.converged and _says_where(system, columns, held):
+        more = len(above[1]) > len(columns)
+        if not root.converged and more and _says_where(system, columns, held):
             root = nearest_root(system, u, *above, held, beside)
         if not root.converged:
             return None

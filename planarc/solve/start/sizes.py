@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.evaluate.value import evaluate
-from planarc.ir.dae import Declared
+from planarc.ir.dae import WHEEL, Declared
 from planarc.ir.expr import Expr
 from planarc.ir.kernel import Kernel, Taker
 from planarc.ir.once import once
@@ -97,7 +97,9 @@ def _find(program: Program, kernel: Kernel) -> _Found:
         for d in program.declared
         if d.kind == "size" and isinstance(d.value, Expr)
     }
-    lengths = [found for (_, name), found in sizes.items() if not name.endswith(_OF)]
+    # Of wheels that are too large what they touch tells: belts and gears say that they do not fit.
+    apart = (found for (_, name), found in sizes.items() if not name.endswith(_OF))
+    lengths = [(d, length) for d, length in apart if not d.name.startswith(WHEEL)]
     large = tuple((d, length) for d, length in lengths if length > _PLAUSIBLE)
     pairs = ((d, length, sizes.get((d.component, d.name + _OF))) for d, length in lengths)
     stretched = tuple(

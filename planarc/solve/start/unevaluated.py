@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError
+from planarc.core.diagnostic import Diagnostic, Explained, PlanarcError
 from planarc.core.prose import both
 from planarc.ir.expr import Op, postorder
 from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
-from planarc.ir.program import EquationInfo, Program
+from planarc.ir.program import BlockCode, EquationInfo, Let, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.rescue.rescue import Account
@@ -66,8 +66,8 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     locked = program.mechanism.locked if program.mechanism else None
     row = None if locked else _in_a_row(program, every)
     massless = None if locked or row else _massless(system, block)
-    home = owner(massless) if massless else infos[0].component if infos else ""
-    found = Diagnostic(
+    home = (owner(massless) if massless else "") or (infos[0].component if infos else "")
+    found = (Explained if massless else Diagnostic)(
         "R410",
         f"the equations of {names} cannot be solved at the start, t = {system.t:g} s"
         if names
@@ -141,11 +141,13 @@ def _massless(system: System, block: int) -> str | None:
         return bool(sizes[-1] > _REGULAR * sizes[0])
 
     components = {program.equations[e].component for e in code.equations}
+    asked = _parameters_of(program, code)
     found: list[str] = []
     if regular():
         return None
     for parameter in program.parameter_slots:
-        if owner(parameter.name) not in components or kernel.w[parameter.slot] != 0.0:
+        near = owner(parameter.name) in components or parameter.name in asked
+        if not near or kernel.w[parameter.slot] != 0.0:
             continue
         kernel.w[parameter.slot] = 1.0
         kernel.parameters()
@@ -154,6 +156,20 @@ def _massless(system: System, block: int) -> str | None:
         kernel.w[parameter.slot] = 0.0
     kernel.parameters()
     return next((n for n in found if not n.endswith("]")), None)  # entries of vectors are lengths
+
+
+def _parameters_of(program: Program, code: BlockCode) -> set[str]:
+    """The names from which the slopes of a block follow without other blocks."""
+    lets = (s for s in program.parameters if isinstance(s, Let))
+    given = {repr(let.target): let.value for let in (*lets, *code.body, *code.jacobian_body)}
+    waiting = [slope for *_, slope in code.jacobian]
+    found: set[str] = set()
+    while waiting:
+        for name in (repr(e) for e in postorder((waiting.pop(),)) if not e.args):
+            if name not in found:
+                found.add(name)
+                waiting += [given[name]] if name in given else []
+    return found
 
 
 def _advice(

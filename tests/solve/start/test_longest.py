@@ -61,3 +61,33 @@ def test_all_in_mm() -> None:
 )
 def test_large_machines_are_not_told(lengths: tuple[float, ...]) -> None:
     assert told(*lengths) == []
+
+
+@pytest.mark.parametrize(
+    ("arm", "centre", "message"),
+    [
+        (None, 150, "150 m long up to its `centre`, and has a radius of gyration of no more than"),
+        (0.4, 150, "150 m long up to its `centre`, and nothing else in its mechanism more than"),
+        (None, 50, None),
+        (0.4, 0.2, None),
+    ],
+)
+def test_a_centre_of_mass_in_mm(arm: float | None, centre: float, message: str | None) -> None:
+    rod = "" if arm is None else f"Parts.FixedTranslation rod(r={{{arm},0}});"
+    end = "hinge.frame_b" if arm is None else "rod.frame_b"
+    text = f"""model Arm
+      import PlanarMultiBody.*;
+      inner World world;
+      Joints.Revolute hinge(phi(start=0.2, fixed=true), w(fixed=true));
+      {rod}
+      Parts.Body bob(m=1, I=0.01, r_CM={{{centre},0}});
+    equation
+      connect(world.frame_b, hinge.frame_a);
+      {"connect(hinge.frame_b, rod.frame_a);" if rod else ""}
+      connect({end}, bob.frame_a);
+    end Arm;"""
+    found = [w.message for w in planarc.load(text).simulate(0.0).warnings if w.code == "R441"]
+    if message is None:
+        assert found == []
+    else:
+        assert len(found) == 1 and message in found[0]
