@@ -41,11 +41,12 @@ def find_held(model: SortedDae) -> Locked | None:
     if height < 2:
         return None
     still = {(p.name, 0) for p in model.dae.parameters}  # names and orders
+    resting = _resting(model)
     blocks: list[Block] = []
     loose: set[tuple[str, int]] = set()
     for step in (s for level in model.levels if level.height == height for s in level.steps):
         own = {symbol.data for symbol in computed(step)}
-        if step.free or _used(step).difference(own, still):
+        if step.free > len(own & resting) or _used(step).difference(own, still):
             loose |= own
             continue
         still |= own
@@ -53,6 +54,15 @@ def find_held(model: SortedDae) -> Locked | None:
             blocks.append(step)
     names = {symbol_text(*symbol) for symbol in loose} if blocks else set[str]()
     return next(filter(None, (_told(model, block, names) for block in blocks)), None)
+
+
+def _resting(model: SortedDae) -> set[object]:
+    """Unknowns that the start decides and nothing moves, as how the teeth of two wheels stand:
+    their derivatives are 0."""
+    steps = (s for level in model.levels for s in level.steps if isinstance(s, Assignment))
+    zero = model.dae.table.zero
+    moved = (s.target.data for s in steps if s.value is zero and s.target.op is Op.SYMBOL)
+    return {(name, order - 1) for name, order in moved if order}
 
 
 def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
@@ -200,12 +210,12 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     if not held:
         return None
     part = own_part(dae, holders[-1])
-    several = len(holders) > 1
+    several, by = len(holders) > 1, listed(f"`{n}`" for n in holders)
     what = listed(f"`{n}`" for n in held)
     hint = f"leave {'one of them' if several else 'it'} out, or put something elastic between"
     return Locked(
         "S322",
-        f"{what} cannot move: {both(holders)} {'hold' if several else 'holds'} all coordinates",
+        f"{what} cannot move: {by} {'hold' if several else 'holds'} all coordinates",
         part.span if part else dae.span,
         Severity.WARNING,
         hint=f"{hint}, unless a structure is meant",

@@ -62,6 +62,7 @@ class Begun(Bench):
             self._note(done.ended, done.warnings)
             y = done.y
             self._row_where_new(t, y)
+        self._already.begin()
         self.recorder.pass_by(t)
         self._check_asserts(True)
         self.warnings += judge_sizes(self.program, self.kernel)

@@ -14,6 +14,7 @@ from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.ir.result import EventRecord, Held
 from planarc.solve.effort import Effort
+from planarc.solve.events.already import AlreadyTrue
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.events.chatter import Chatter
 from planarc.solve.events.delays import Delays
@@ -48,6 +49,7 @@ class Bench:
         self._leaps: list[tuple[float, int]] = []  # the last ones: when, and the rows before
         self.events = Events(program, kernel, request, self.rescue)
         self._passed = Passed(self.events.crossings)
+        self._already = AlreadyTrue(program, kernel)
         self._chatter = Chatter(program, self.events.crossings, request, self.events.touches)
         self.schedule = Schedule(program, kernel, request.start, request.stop)
         self.asserts = AssertWatch(program, kernel)

@@ -205,6 +205,7 @@ class Run(Begun):
         done = self.events.process(t, y, crossing, fired, self.states.slots())
         if crossing and done.ended is None:
             self._passed.note(t, done.y, crossing, done.reset)
+        self._already.note()
         others, own = self.events.others(causes, owners)
         if done.told or others or not causes:
             own = ("",) * len(done.told) + own
@@ -286,6 +287,7 @@ class Run(Begun):
         if self.ended is not None:
             return
         self.warnings += self._passed.judge(self.integrator.t, self.integrator.y)
+        self.warnings += self._already.judge()
         if self.events.finish():  # nothing comes after it
             t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)

@@ -55,7 +55,7 @@ class Whens:
         self._slots = own_slots(program)
         self._read = Reader(program, kernel, 0.0)
         self._assignments = Assignments(program, kernel, self._read)
-        self._edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
+        self._edges = edge_conditions(program)
 
     def reader(self, t: float) -> Reader:
         self._read.t = t
@@ -189,6 +189,11 @@ def own_slots(program: Program) -> dict[int, int]:
         for d in program.discretes
         if d.name in names and program.table.symbol(d.name) not in given
     }
+
+
+def edge_conditions(program: Program) -> frozenset[int]:
+    """Slots of the conditions that are true for an instant."""
+    return frozenset(d.slot for d in program.discretes if d.name.startswith(f"{EDGE}["))
 
 
 def initial_conditions(program: Program) -> frozenset[int]:
