@@ -175,14 +175,15 @@ def _scalars(
         if elements:
             yield from _elements(name, value, elements)
         elif kind == "parameter" and any(c.name == name for c in program.columns):
-            raise UnknownName(
-                Diagnostic(
-                    "C201",
-                    f"`{name}` is a variable, not a parameter",
-                    hint=f"give its start value: `--set {name}.start=...` (in Python "
-                    f'`start={{"{name}": ...}}`)',
-                )
-            )
+            is_input = name in program.inputs
+            hint = f"give its start value: `--set {name}.start=...` (in Python "
+            hint += f'`start={{"{name}": ...}}`)'
+            if is_input:
+                hint = f'in Python give it a number or a signal: `inputs={{"{name}": ...}}`; '
+                hint += f"`--set {name}.start=...` gives it one value"
+            what = "an input" if is_input else "a variable"
+            message = f"`{name}` is {what}, not a parameter"
+            raise UnknownName(Diagnostic("C201", message, hint=hint))
         else:
             raise unknown_name(kind, name, known)
 

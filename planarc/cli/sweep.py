@@ -210,10 +210,11 @@ def _values(name: str, text: str) -> Sequence[Given]:
         return read_values(name, text)
     parts, unit = _numbers(name, text)
     if len(parts) != 3 or parts[2] != int(parts[2]) or parts[2] < 1:
+        ends = text if len(parts) == 2 else "0.5:0.9"
         raise usage_error(
             "C257",
             f"`{text}` says not from where to where `{name}` goes, and in how many values",
-            hint=f"write `{name}=0.5:0.9:5`, or take a sample with `--random` or `--latin`",
+            hint=f"write `{name}={ends}:5`, or take a sample with `--random` or `--latin`",
         )
     low, high, count = parts[0], parts[1], int(parts[2])
     if low == high and count > 1:
