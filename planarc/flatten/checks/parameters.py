@@ -125,6 +125,8 @@ def check_ranges(pairs: Pairs, session: Session) -> None:
         unit = v.attributes.unit
         if unit == "rad" or (v.attributes.quantity == "Angle" and unit != "deg"):
             _check_angle(subject, value, session)
+        if unit == "m" and v.attributes.display_unit in _SHOWN_IN:
+            _check_length(subject, value, v.attributes.display_unit, session)
         if unit == "rad/s" and v.attributes.quantity in ("", "AngularVelocity"):
             _check_speed(subject, value, session)
         if v.attributes.min is None and v.attributes.max is None:
@@ -160,6 +162,21 @@ def _check_angle(subject: str, value: flat.Expression, session: Session) -> None
         hint = f"if degrees are meant, write `Modelica.Units.Conversions.from_deg({shown})`"
         message = f"{subject.format(shown)} is in radian, {turns(angle)}"
         session.warn("F331", message, value.span, hint)
+
+
+#: Units in which lengths are shown, their size in m, and the length in m from which one is hardly
+#: meant that is shown so.
+_SHOWN_IN = {"mm": 1e-3, "cm": 1e-2}
+_LONG = 10
+
+
+def _check_length(subject: str, value: flat.Expression, shown_in: str, session: Session) -> None:
+    length = _as_written(value)
+    if length is not None and abs(length) >= _LONG:
+        shown, size = f"{length:.6g}", _SHOWN_IN[shown_in]
+        hint = f"`displayUnit` only says how it is shown: write {length * size:.6g} for {shown} "
+        message = f"{subject.format(shown)} is in m, {length / size:.6g} {shown_in}"
+        session.warn("F331", message, value.span, f"{hint}{shown_in}")
 
 
 def _check_speed(subject: str, value: flat.Expression, session: Session) -> None:
