@@ -11,20 +11,18 @@ one is.
 
 from __future__ import annotations
 
-import math
-
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import both, listed
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.mechanism import GROUND, Joint, Mechanism
 from planarc.ir.once import once
 from planarc.ir.places import own_names, own_part
 from planarc.ir.program import Program
 from planarc.solve.messages.loops import shortest_loop
 
-#: A length below this part of 1 m, or of the place's distance from the origin, is rounding.
-_ROUNDING = 1e-12
+#: A length below this one, in m, is rounding.
+_CLOSE = 1e-12
 _FOUR = 4
 
 _Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
@@ -36,15 +34,18 @@ class _Pair(Data):
     link: int
     pins: tuple[str, str]
     others: tuple[int, ...]  # links of the loop
-    places: tuple[_Place, _Place]
+    places: _Place  # of the one, then of the other
 
 
 def judge_coincident(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The warning about the first such link."""
-    w = kernel.w
-    for pair in _pairs(program):
-        (x, y), (u, v) = ([sign * w[slot] for slot, sign in place] for place in pair.places)
-        if math.hypot(x - u, y - v) <= _ROUNDING * max(1.0, math.hypot(x, y)):
+    pairs, take = _pairs(program)
+    values, at = take(kernel.w), 0
+    for pair in pairs:
+        (_, a), (_, b), (_, c), (_, d) = pair.places
+        x, y, u, v = a * values[at], b * values[at + 1], c * values[at + 2], d * values[at + 3]
+        at += 4
+        if -_CLOSE < x - u < _CLOSE and -_CLOSE < y - v < _CLOSE:
             return _told(program, pair, (float(x), float(y)))
     return None
 
@@ -78,10 +79,11 @@ def _told(program: Program, pair: _Pair, place: tuple[float, float]) -> Diagnost
 
 
 @once
-def _pairs(program: Program) -> tuple[_Pair, ...]:
+def _pairs(program: Program) -> tuple[tuple[_Pair, ...], Taker]:
+    """And what takes all their coordinates."""
     mechanism = program.mechanism
     if mechanism is None:
-        return ()
+        return (), taker(())
     columns = {c.name: (c.slot, c.sign) for c in program.columns}
     found: dict[tuple[str, ...], _Pair] = {}
     for joint in mechanism.joints:
@@ -95,9 +97,10 @@ def _pairs(program: Program) -> tuple[_Pair, ...]:
                 pins = (on[0][0].name, on[1][0].name)
                 others = tuple(i for i in links if i != link)
                 found.setdefault(
-                    tuple(sorted(pins)), _Pair(link, pins, others, (on[0][1], on[1][1]))
+                    tuple(sorted(pins)), _Pair(link, pins, others, (*on[0][1], *on[1][1]))
                 )
-    return tuple(found.values())
+    pairs = tuple(found.values())
+    return pairs, taker([slot for pair in pairs for slot, _ in pair.places])
 
 
 def _pin(
