@@ -163,7 +163,7 @@ def _finite(name: str, value: Any, t: float) -> float:
         number = float(value)
     except (TypeError, ValueError):
         number = math.nan
-    if not math.isfinite(number):
+    if not math.isfinite(number) and math.isfinite(t):  # a search that fails may come by anywhere
         raise usage_error(
             "C211", f"the value for `{name}` at t = {t:.6g} s is no finite number: {value!r:.40}"
         )
