@@ -111,7 +111,8 @@ class Impacts:
             return [], None
         speeds = np.abs([before["v"][some], before["slip"][some]])
         self._fastest = max(self._fastest, float(speeds.max()))
-        loose = held & (before["way"] == STICKS)
+        # What is said to slide, and stays where it is, is at its limit: others hold it.
+        loose = held & (before["way"] != IDLE)
         loose &= np.abs(self._touches.get("f_t")) >= (1 - LIMIT) * before["mu"] * (
             self._touches.get("f_n")
         )

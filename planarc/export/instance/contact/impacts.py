@@ -324,7 +324,8 @@ def _impact(c: Code, m: Value, t: Value) -> None:
         for speed in (v, slip):
             most.store(larger(c, most.load(REAL), c.absolute(speed.load(REAL, i))))
         limit = mu.load(REAL, i) * f_n.load(REAL, i) * (1 - LIMIT)
-        slack = is_stuck(i) & (c.absolute(f_t.load(REAL, i)) >= limit)
+        rubs = is_held(i) & ~way.load(REAL, i).equals(float(IDLE))
+        slack = rubs & (c.absolute(f_t.load(REAL, i)) >= limit)
         loose.store(c.select(slack, whole(c, 1), whole(c, 0)), j)
     with c.when(~c.call(FLAG, "px_respond", m, t, k).equals(0), leaves=True):
         end(0, Jam.UNSOLVED)
