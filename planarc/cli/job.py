@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import perf_counter
 
@@ -23,7 +23,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError, led_to
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
-from planarc.core.prose import counted
+from planarc.core.prose import both, counted
 from planarc.ir.kernel import Kernel
 from planarc.ir.result import Interrupted, Result
 from planarc.request.request import Request
@@ -102,6 +102,7 @@ class Run:
         with progress_line() as progress:
             result = compiler.run(compiled, options, clock, progress, kernel)
         self._know(result)
+        outcome.diagnostics += tuple(_idle_inputs(result))
         if len(result.time):
             with clock.phase("write"), Interruption() as interruption:
                 self._write(result, places, kernel)
@@ -203,3 +204,21 @@ def _exit_of(result: Result) -> Exit:
     if not len(result.time):
         return Exit.MODEL  # it has no start
     return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN
+
+
+def _idle_inputs(result: Result) -> Iterator[Diagnostic]:
+    """The note about inputs of the model itself, which a command gives no signal, and which have no
+    value of their own."""
+    program = result.program
+    names = [n for n in program.inputs if "." not in n and n in result and "(" not in n]
+    idle = [n for n in names if len(result.time) and not result[n].any()]
+    if idle:
+        told = f"the inputs {both(idle)} values: they are 0"
+        told = told if len(idle) > 1 else f"the input `{idle[0]}` a value: it is 0"
+        yield Diagnostic(
+            "C125",
+            f"nothing gives {told}",
+            severity=Severity.NOTE,
+            hint=f'in Python write `model.simulate(inputs={{"{idle[0]}": ...}})`; '
+            f"`--set {idle[0]}.start=...` gives it one value",
+        )

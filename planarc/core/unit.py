@@ -205,9 +205,12 @@ def of_per_cent(number: float, limit: float | None, unit: str) -> float | None:
 def looks_like_degrees(angle: float) -> bool:
     """Whether a number that is given in radian was meant in degrees: a round one of several turns.
 
-    `45` and `22.5` are; `6`, `4*pi` and angles that a run came to are not.
+    `45` and `22.5` are; `6`, `4*pi` and angles that a run came to are not, nor `-800` of a shaft
+    before a gear.
     """
-    return (abs(angle) > 4 * pi and angle % 0.5 == 0) or (abs(angle) > 2 * pi and angle % 5 == 0)
+    size = abs(angle)
+    round_one = (size > 4 * pi and size % 0.5 == 0) or (size > 2 * pi and size % 5 == 0)
+    return round_one and size <= 2 * 360
 
 
 #: The units of forces and torques.

@@ -47,14 +47,19 @@ def judge_absurd(result: Result) -> Iterator[Diagnostic]:
         t = _passes(result, d)
         part = own_part(result.program, component)
         if t is not None and part is not None:
+            hint = "look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "
+            hint += "load, or put stops where its ends meet"
+            free = result.columns.get(f"{component}.s_unstretched")
+            if free is not None and result.constants.get(free.slot) == 0:
+                hint = "its length without load is 0, so that it draws its ends together: give "
+                hint += f"`{part.name}.s_unstretched`"
             yield Diagnostic(
                 "R447",
                 f"the ends of `{part.name}` pass through each other at t = {t:.4g} s, and it pulls "
                 "the other way from there on",
                 part.span,
                 Severity.WARNING,
-                hint="look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "
-                "load, or put stops where its ends meet",
+                hint=hint,
             )
             return
 

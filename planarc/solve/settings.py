@@ -10,7 +10,7 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -277,7 +277,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
             raise _usage(
                 "R405",
                 f"`{name}` cannot be set: it is computed from {told}",
-                "set what it follows from, or change the model",
+                f"set {either(sources[:3])} instead, or change the model",
             )
         raise _usage(
             "R405",
@@ -297,16 +297,21 @@ def _sources(program: Program, name: str) -> list[str]:
     return _computed_from(program, name, parameters) or [name]
 
 
-def _computed_from(program: Program, name: str, known: Iterable[str]) -> list[str]:
+def _computed_from(program: Program, name: str, known: Container[str]) -> list[str]:
     """The parameters in the formula of another one, where it is a formula of these alone."""
-    for statement in program.parameters:
-        if isinstance(statement, Let) and repr(statement.target) == name:
-            symbols = (e for e in postorder((statement.value,)) if e.op is Op.SYMBOL)
-            names = dict.fromkeys(e.name for e in symbols)
-            if not names.keys() <= set(known):
-                return []
-            return [*dict.fromkeys(source for n in names for source in _sources(program, n))]
-    return []
+    formulas = {repr(s.target): s.value for s in program.parameters if isinstance(s, Let)}
+    if name not in formulas:
+        return []
+    names, waiting = dict[str, None](), [formulas[name]]
+    for value in waiting:
+        for e in postorder((value,)):
+            if e.op is Op.SYMBOL and e.name in known:
+                names[e.name] = None
+            elif e.op is Op.SYMBOL:  # what several formulas have in common
+                if e.name not in formulas:
+                    return []
+                waiting.append(formulas[e.name])
+    return [*dict.fromkeys(source for n in names for source in _sources(program, n))]
 
 
 def _unknown(code: str, kind: str, name: str, known: Iterable[str]) -> UsageError:

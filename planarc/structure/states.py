@@ -27,12 +27,13 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import astuple
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, Severity
 from planarc.core.prose import be, ticked
+from planarc.core.source import Span
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, postorder
 from planarc.ir.flat import StateSelect
-from planarc.ir.places import own_part, owner
+from planarc.ir.places import is_own, own_part, owner
 from planarc.ir.sorted import Candidate, SourceEquation, Step
 from planarc.structure.attributes import Attributes, plain_attributes
 from planarc.structure.rewrite import NO_RESETS, Resets
@@ -124,9 +125,12 @@ def check_always(
                     "S308",
                     f"{names} cannot all be states: only {step.free} of them "
                     f"{be(step.free)} independent",
-                    attributes[always[-1]].span,
-                    hint="take `StateSelect.always` away from the others",
-                    related=tuple(Related("this equation ties them", span) for span in spans),
+                    *_place_and_cure(
+                        attributes[always[-1]],
+                        "take `StateSelect.always` away from the others",
+                        [Related("this equation ties them", span) for span in dict.fromkeys(spans)],
+                        dae,
+                    ),
                 )
             )
         wrong += [
@@ -137,12 +141,13 @@ def check_always(
         wrong += [
             _follows(attributes[a.target], a.target, equations[a.equation], resets, dae)
             if a.target in resets.symbols
-            else _asked_too_much(attributes[a.target], equations[a.equation])
+            else _asked_too_much(attributes[a.target], equations[a.equation], dae)
             for a in step.inner
             if select_of(a.target, attributes) is StateSelect.ALWAYS
         ]
     if wrong:
-        raise PlanarcError(wrong)
+        kinds = {w.kind if isinstance(w, Once) else str(n): w for n, w in enumerate(wrong[::-1])}
+        raise PlanarcError([*kinds.values()][::-1])
 
 
 def _replaces_one(step: Step, resets: Resets) -> bool:
@@ -175,12 +180,26 @@ def _reset_together(
     )
 
 
-def _asked_too_much(a: Attributes, source: SourceEquation) -> Diagnostic:
+def _asked_too_much(a: Attributes, source: SourceEquation, dae: Dae | None) -> Diagnostic:
     """The refusal of a symbol that must be a state and is computed."""
     message = f"`{a.display}` has `StateSelect.always`, but follows from other variables"
     hint = "use `StateSelect.prefer`, or take `always` away from what it follows from"
-    related = (Related("from this equation", source.span),)
-    return Diagnostic("S307", message, a.span, hint=hint, related=related)
+    notes = [Related("from this equation", source.span)]
+    return Once("S307", message, *_place_and_cure(a, hint, notes, dae), kind=owner(a.display))
+
+
+def _place_and_cure(
+    a: Attributes, hint: str, notes: Sequence[Related], dae: Dae | None
+) -> tuple[Span, Severity, str, tuple[Related, ...]]:
+    """Where a state that is asked for in vain is told, and what to do: at the user's part, where a
+    flag of that asks for it."""
+    component = owner(a.display)
+    part = own_part(dae, component) if dae is not None and component else None
+    if dae is None or part is None or is_own(dae, a.span):
+        return a.span, Severity.ERROR, hint, tuple(notes)
+    if f"{component}.enforceStates" in {p.name for p in dae.parameters}:
+        hint = f"leave `enforceStates=true` out of `{part.name}`: joints give its motion"
+    return part.span, Severity.ERROR, hint, (Related("it is declared here", a.span),)
 
 
 def _follows(

@@ -213,7 +213,29 @@ def one_body(touches: Points, i: int, t: float) -> Diagnostic:
         message = f"at t = {t:.6g} s the contours of {name} meet, and neither can yield: {given}"
         hint = "drive by a force or a torque, let the contact yield (`law=Compliant`), or end the "
         hint += "motion before"
+    elif holder := _held_by(touches, i):
+        message = f"{name} touches what `{holder}` holds there already"
+        hint = (
+            f"leave `{holder}` out, or {name}: the one rolls or slides there without parting, the "
+        )
+        hint += "other may slip and bounce"
     return _found(touches, i, "R481", message, hint)
+
+
+def _held_by(touches: Points, i: int) -> str:
+    """The joint that holds the two links of a contact beside it."""
+    mechanism, component = touches.program.mechanism, touches.all[i].name
+    while mechanism is not None and component:
+        links = {
+            n
+            for n, link in enumerate(mechanism.links)
+            if any(f.rpartition(".")[0] == component for f in link.frames)
+        }
+        if len(links) == 2:
+            found = (j.name for j in mechanism.joints if set(j.links) == links)
+            return next((n for n in found if not n.startswith(component)), "")
+        component = component.rpartition(".")[0]
+    return ""
 
 
 def _given(touches: Touches, i: int) -> str:
