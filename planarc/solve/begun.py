@@ -14,6 +14,7 @@ from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
 from planarc.solve.start import sharing
 from planarc.solve.start.coincident import judge_coincident
+from planarc.solve.start.inertia import judge_inertia
 from planarc.solve.start.longest import judge_longest
 from planarc.solve.start.moved import judge_moved
 from planarc.solve.start.sizes import judge_sizes
@@ -68,6 +69,8 @@ class Begun(Bench):
         self.warnings += judge_sizes(self.program, self.kernel)
         if (longest := judge_longest(self.program, self.kernel)) is not None:
             self.warnings.append(longest)
+        if (light := judge_inertia(self.program, self.kernel)) is not None:
+            self.warnings.append(light)
         if (coincident := judge_coincident(self.program, self.kernel)) is not None:
             self.warnings.append(coincident)
         if (moved := judge_moved(self.program, self.kernel, self.held)) is not None:

@@ -215,10 +215,7 @@ def one_body(touches: Points, i: int, t: float) -> Diagnostic:
         hint += "motion before"
     elif holder := _held_by(touches, i):
         message = f"{name} touches what `{holder}` holds there already"
-        hint = (
-            f"leave `{holder}` out, or {name}: the one rolls or slides there without parting, the "
-        )
-        hint += "other may slip and bounce"
+        hint = f"leave `{holder}` out, or {name}"
     return _found(touches, i, "R481", message, hint)
 
 
