@@ -69,7 +69,7 @@ class Begun(Bench):
         self.warnings += judge_sizes(self.program, self.kernel)
         if (longest := judge_longest(self.program, self.kernel)) is not None:
             self.warnings.append(longest)
-        if (light := judge_inertia(self.program, self.kernel)) is not None:
+        elif (light := judge_inertia(self.program, self.kernel)) is not None:
             self.warnings.append(light)
         if (coincident := judge_coincident(self.program, self.kernel)) is not None:
             self.warnings.append(coincident)

@@ -14,8 +14,10 @@ from planarc.ir.places import own_names
 from planarc.ir.program import Program
 from planarc.solve.messages import trouble
 
-#: The part of the longest that bars may be off a straight line.
+#: The part of the longest by which bars may differ from what reaches.
 _IN_LINE = 1e-5
+#: Places nearer than this, in m, are one.
+_SAME = 1e-9
 
 
 def loop_names(program: Program, components: Sequence[str]) -> str:
@@ -105,14 +107,18 @@ def lengths_in_loop(
 
 
 def too_far_apart(
-    program: Program, kernel: Kernel, components: Collection[str], open_at: str, gap: float
+    program: Program,
+    kernel: Kernel,
+    components: Collection[str],
+    open_at: str,
+    gap: Sequence[float],
 ) -> str:
     """A sentence about the longest bar of a loop of pins, or its bearings on the ground, where all
     other bars together do not reach from one end to the other; empty where they do, or where a
     link is more than one bar.
 
-    The workspace is where the loop is as near to closed as can be: then all bars are in line, and
-    the one that is `open_at` is seen longer or shorter by the `gap` in m.
+    The workspace is where the loop is nearly as closed as can be; the bar that is `open_at` is seen
+    longer or shorter by the `gap`, in m along both axes.
     """
     mechanism = program.mechanism
     joints = list({j.name: j for j in loop_joints(program, components)}.values())
@@ -124,6 +130,8 @@ def too_far_apart(
         link = mechanism.links[number]
         ends = {f for j in joints for f in j.frames if f in link.frames}
         bars = own_names(program, _bars(link))
+        if number != GROUND and len(bars) > 1:  # a rod that carries others
+            bars = [b for b in bars if _reaches(b, link, ends, at)]
         frames = [f for f in link.frames if bars and f.rpartition(".")[0] == bars[0]]
         if number == GROUND:
             frames = _bearings(link, ends, at, {j.name for j in mechanism.joints})
@@ -131,19 +139,30 @@ def too_far_apart(
         known = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in frames if f"{f}.r[2]" in at]
         if len(known) != 2 or len(ends) != 2 or (number != GROUND and len(bars) != 1):
             return ""
-        lengths[both(bars)] = math.dist(*known)
+        (x, y), (u, v) = known
+        dx, dy = gap[:2] if bars == [open_at] and len(gap) > 1 else (0.0, 0.0)
+        lengths[both(bars)] = min(math.hypot(u - x - s * dx, v - y - s * dy) for s in (1, -1))
     longest = max(lengths, key=lambda name: lengths[name], default="")
     others = [name for name in lengths if name != longest]
     length, reach = lengths.get(longest, 0.0), sum(lengths[name] for name in others)
-    if not others or abs(length - reach) > _IN_LINE * length:
+    if not others or length <= reach * (1 + _IN_LINE):
         return ""
-    if longest == both([open_at]):
-        length += gap
-    else:
-        reach -= gap
     verb, what = ("are", "apart") if " and " in longest else ("is", "long")
     along = [f"the way from {o.replace(' and ', ' to ')}" if " and " in o else o for o in others]
     return f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
+
+
+def _reaches(bar: str, link: Link, ends: Collection[str], at: Mapping[str, float]) -> bool:
+    """Whether the two frames of a part are where the ends of joints on its link are."""
+
+    def places(frames: Iterable[str]) -> list[tuple[float, float]]:
+        known = (f for f in frames if f"{f}.r[2]" in at)
+        return sorted((at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in known)
+
+    own = places(f for f in link.frames if f.rpartition(".")[0] == bar)
+    there = places(ends)
+    pairs = zip(own, there, strict=False)
+    return len(own) == len(there) == 2 and all(math.dist(*pair) < _SAME for pair in pairs)
 
 
 def _is_pin(joint: Joint, columns: Collection[str]) -> bool:

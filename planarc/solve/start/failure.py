@@ -5,7 +5,6 @@ The file is long because a start fails in several ways, and each message asks th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from operator import add
 from typing import TYPE_CHECKING
@@ -238,8 +237,7 @@ def _too_far(
     if not worst or system(root.point) is None:
         return ""
     open_at = own_names(system.program, [worst[0][1].component])[0]
-    gap = math.hypot(*root.residuals)
-    return too_far_apart(system.program, system.kernel, parts, open_at, gap)
+    return too_far_apart(system.program, system.kernel, parts, open_at, root.residuals.tolist())
 
 
 def _held_against(

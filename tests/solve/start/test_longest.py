@@ -23,8 +23,8 @@ end Arm;
 """
 
 
-def told(*lengths: float) -> list[str]:
-    found = planarc.load(ARM % lengths).simulate(0.0).warnings
+def told(*lengths: float, arm: str = ARM) -> list[str]:
+    found = planarc.load(arm % lengths).simulate(0.0).warnings
     return [w.message for w in found if w.code == "R441"]
 
 
@@ -60,7 +60,13 @@ def test_all_in_mm() -> None:
     ],
 )
 def test_large_machines_are_not_told(lengths: tuple[float, ...]) -> None:
-    assert told(*lengths) == []
+    assert told(*lengths, arm=ARM.replace("m=1", "m=1, I=5")) == []
+
+
+def test_a_boom_with_the_inertia_of_the_library() -> None:
+    (message,) = told(0.2, 3.5, 0.5)
+    assert message.startswith("`upper` has the inertia of bodies where none is given, 0.001 kg.m2")
+    assert told(0.2, 0.8, 0.5) == []
 
 
 @pytest.mark.parametrize(
