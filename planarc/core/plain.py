@@ -13,7 +13,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from planarc.core.source import Source
+from planarc.core.source import NOWHERE, Source
 
 _CLASSES = (Struct, Enum, tuple, Source)
 _OTHERS = {
@@ -33,6 +33,8 @@ class PlainReader(pickle.Unpickler):
         if module.startswith("planarc.") and name.isidentifier():
             found = super().find_class(module, name)
             if isinstance(found, type) and issubclass(found, _CLASSES):
+                return found
+            if found is NOWHERE:
                 return found
         raise pickle.UnpicklingError(f"{module}.{name} is no data")
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import pickle
 
+from planarc.core import plain
 from planarc.core.source import NOWHERE, Source, Span
 
 
 def test_no_place_stays_the_one_that_there_is() -> None:
     """`is NOWHERE` is asked of what was compiled by an earlier process, too."""
     assert pickle.loads(pickle.dumps([NOWHERE]))[0] is NOWHERE
+    assert plain.loads(pickle.dumps([NOWHERE]))[0] is NOWHERE
     assert copy.deepcopy(NOWHERE) is NOWHERE
 
 
