@@ -119,7 +119,10 @@ class Run:
         outcome.states = result.states[-1].states if result.states else ()
         outcome.rows = len(result.time)
         ended = () if result.ended is None else (result.ended,)
-        outcome.diagnostics += (*result.warnings, *ended)
+        # What explains that something grows without end has been told.
+        known = any(d.code in _MAKES_GROW for d in outcome.diagnostics)
+        warnings = (w for w in result.warnings if not (known and w.code == _GROWS))
+        outcome.diagnostics += (*warnings, *ended)
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         """All files that can be written; raises UsageError of those that cannot."""
@@ -204,6 +207,10 @@ def _exit_of(result: Result) -> Exit:
     if not len(result.time):
         return Exit.MODEL  # it has no start
     return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN
+
+
+#: A speed that grows beyond all bounds, and what makes it: inputs exchanged, a value out of range.
+_GROWS, _MAKES_GROW = "R448", ("F336", "F265")
 
 
 def _idle_inputs(result: Result) -> Iterator[Diagnostic]:

@@ -5,23 +5,39 @@ In:   the connections
 Out:  a warning F336 for each
 
 The inputs of a controller are `u_s` and `u_m`. With both exchanged it drives away from the set
-value, which no equation says is wrong. Those of a difference may be exchanged on purpose: a gain
-behind it has the other sign then.
+value, which no equation says is wrong. Those of a difference, `u1` and `u2`, may be exchanged on
+purpose where a gain behind it has the other sign: only where all gains up to a force or torque are
+known to be positive is it told.
 
 Example: `connect(angle.phi, pid.u_s); connect(step.y, pid.u_m);`
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
 from planarc.flatten.connect.connect import Connection
+from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.nodes import Instance, Leaf, Session
+from planarc.flatten.values.evaluator import Evaluator
 from planarc.ir import syntax
 
 #: The input that is set, and the one that is measured.
 _SET, _MEASURED = ".u_s", ".u_m"
+#: A difference: what is added, and what is subtracted; what it gives.
+_ADDED, _SUBTRACTED, _GIVEN = ".u1", ".u2", ".y"
+_DIFFERENCE = ".Modelica.Blocks.Math.Feedback"
+#: Blocks of one input that keep its sign, or change it by their parameter `k`.
+_KEEPING = (
+    ".Modelica.Blocks.Continuous.",
+    ".Modelica.Blocks.Math.Gain",
+    ".Modelica.Blocks.Nonlinear.",
+)
+#: What acts on a mechanism by the signal that it takes.
+_ACTING = (".Sources.Torque", ".Sources.Force", ".Sources.Torque2", ".Sources.Force2")
+#: Blocks between a difference and what acts, at most.
+_MOST = 8
 #: What a class is in whose name this stands.
 _SOURCES, _SENSORS = ".Sources.", ".Sensors."
 
@@ -34,23 +50,61 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
             if _is(end.node, syntax.Causality.INPUT) and _is(other.node, syntax.Causality.OUTPUT):
                 given[end.name] = (connection, other.name, _class_of(other.node))
     for name, (connection, sensor, kind) in given.items():
-        block = name.removesuffix(_SET)
-        measured = given.get(f"{block}{_MEASURED}") if block != name else None
+        is_difference = name.endswith(_ADDED)
+        first, second = (_ADDED, _SUBTRACTED) if is_difference else (_SET, _MEASURED)
+        block = name.removesuffix(first)
+        measured = given.get(f"{block}{second}") if block != name else None
         if measured is None or _SENSORS not in kind or _SOURCES not in measured[2]:
+            continue
+        if is_difference and not _acts_the_same_way(block, connections, given, session):
             continue
         place, source, _ = measured
         session.warnings.append(
             Diagnostic(
                 "F336",
-                f"`{block}` takes what `{sensor}` measures for the set value `u_s`, and "
+                f"`{block}` takes what `{sensor}` measures for the set value `{first[1:]}`, and "
                 f"`{source}` for the measured one: it drives away from where it is to go",
                 connection.span,
                 Severity.WARNING,
-                hint=f"exchange them: write `connect({sensor}, {block}{_MEASURED});` and "
+                hint=f"exchange them: write `connect({sensor}, {block}{second});` and "
                 f"`connect({source}, {name});`",
                 related=(Related("the other one", place.span),),
             )
         )
+
+
+def _acts_the_same_way(
+    block: str,
+    connections: Iterable[Connection],
+    given: Mapping[str, tuple[Connection, str, str]],
+    session: Session,
+) -> bool:
+    """Whether what a difference gives acts on a mechanism, by way of positive gains alone."""
+    kinds = {side.name: _class_of(side.node) for c in connections for side in (c.left, c.right)}
+    if kinds.get(f"{block}{_GIVEN}") != _DIFFERENCE:
+        return False
+    for _ in range(_MOST):
+        taken = [name for name, (_, output, _) in given.items() if output == f"{block}{_GIVEN}"]
+        if len(taken) != 1:
+            return False
+        block, kind = taken[0].rpartition(".")[0], kinds[taken[0]]
+        if kind.endswith(_ACTING):
+            return True
+        if not kind.startswith(_KEEPING) or not _is_positive(f"{block}.k", session):
+            return False
+    return False
+
+
+def _is_positive(name: str, session: Session) -> bool:
+    """Whether a parameter is known to be positive, or is none."""
+    leaf = session.leaves.get(name)
+    if leaf is None:
+        return True
+    try:
+        value = Evaluator(session).leaf_value(leaf)
+    except (NotConstant, PlanarcError):
+        return False
+    return isinstance(value, int | float) and value > 0
 
 
 def _is(node: Leaf | Instance, causality: syntax.Causality) -> bool:

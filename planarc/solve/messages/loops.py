@@ -176,10 +176,11 @@ def _bearings(
 ) -> list[str]:
     """The frames of parts on the ground that stand where the ends of joints do."""
     fixed = [f for f in ground.frames if f.rpartition(".")[0] not in joints and f"{f}.r[2]" in at]
+    parts = sorted(fixed, key=lambda f: f == "world.frame_b")  # what the user put there comes first
     found = []
     for end in sorted(ends):
         here = at.get(f"{end}.r[1]", math.nan), at.get(f"{end}.r[2]", math.nan)
-        near = (f for f in fixed if math.dist(here, (at[f"{f}.r[1]"], at[f"{f}.r[2]"])) < 1e-9)
+        near = (f for f in parts if math.dist(here, (at[f"{f}.r[1]"], at[f"{f}.r[2]"])) < 1e-9)
         found.extend([f for f in near if f not in found][:1])
     return found
 
