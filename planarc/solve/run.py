@@ -204,7 +204,7 @@ class Run(Begun):
         before = self._jumps.values()
         done = self.events.process(t, y, crossing, fired, self.states.slots())
         if crossing and done.ended is None:
-            self._passed.note(t, done.y, crossing, done.reset)
+            self._passed.note(t, done.y, crossing, done.reset, y)
         self._already.note()
         others, own = self.events.others(causes, owners)
         if done.told or others or not causes:

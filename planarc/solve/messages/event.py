@@ -119,20 +119,29 @@ def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str])
 
 
 def passed(
-    program: Program, kernel: Kernel, number: int, since: float, reset: Sequence[str]
+    program: Program,
+    kernel: Kernel,
+    number: int,
+    since: float,
+    reset: Sequence[str],
+    slowed: bool,
 ) -> Diagnostic:
-    """The warning of a bound at which a `reinit` held back what went on behind it. The workspace is
-    that of the end."""
+    """The warning of a bound at which a `reinit` held back, or only `slowed` down, what went on
+    behind it. The workspace is that of the end."""
     relation = program.relations[number]
+    does, states = "stops the motion for an instant, then it goes on", trouble.names(reset)
+    if slowed:
+        does = "keeps its direction, so that the motion goes on"
     part = ", or take a part that touches, as `Contact`" if program.mechanism is not None else ""
     found = Diagnostic(
         "R444",
         f"{_named(relation)} does not switch back after t = {since:.6g} s: `reinit` of "
-        f"{trouble.names(reset)} stops the motion for an instant, then it goes on behind that bound"
-        f"{_sides(program, kernel, relation)} at the end",
+        f"{states} {does} behind that bound{_sides(program, kernel, relation)} at the end",
         relation.span,
         Severity.WARNING,
-        hint="a `when` acts once, at the instant at which its condition becomes true: let a force "
+        hint=f"to bounce, write `reinit` with the other sign, as in `-e*pre({reset[0]})`"
+        if slowed
+        else "a `when` acts once, at the instant at which its condition becomes true: let a force "
         f"hold there what is to rest{part}",
     )
     return point_home(program, found, relation.component)

@@ -194,7 +194,13 @@ def initial_against_fixed(
     if met.count(True) != 1:
         return None
     info, level = infos[own[met.index(True)] - first], levels[met.index(True)]
-    starts = [level.start(item) for item in level.items]
+    every = Level(system, u0, rows, columns)  # with that equation
+    culprits = [
+        item
+        for item in every.items
+        if every.meet([other for other in every.items if other is not item], u0).converged
+    ]
+    starts = [level.start(item) for item in culprits or level.items]
     names = trouble.names([s.start_name for s in starts])
     spans = dict.fromkeys(declaration(program, s.start_name, s.span) for s in starts)
     values = "values" if len(starts) > 1 else "value"

@@ -37,5 +37,10 @@ def test_a_ball_that_bounces(condition: str, value: str, stop: float) -> None:
     assert told(condition, value, stop) == []
 
 
-def test_what_is_slowed_down_may_pass() -> None:
-    assert told("h <= 0", "0.5*pre(v)", 1.0) == []
+def test_what_is_slowed_down_on_its_way_lacks_a_minus() -> None:
+    (message,) = told("h <= 0", "0.5*pre(v)", 1.0)
+    assert "`reinit` of `v` keeps its direction" in message
+
+
+def test_what_becomes_faster_may_pass() -> None:
+    assert told("h <= 0", "2*pre(v)", 1.0) == []
