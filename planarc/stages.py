@@ -210,8 +210,9 @@ def attachment_warnings(
     if mechanism is None:
         return told
     from planarc.insight.attachment import attachment_warnings as find
+    from planarc.insight.massless import idle_drives
 
-    return (*find(dae, mechanism), *told)
+    return (*find(dae, mechanism), *idle_drives(dae, mechanism), *told)
 
 
 def _held_too_often(

@@ -159,7 +159,10 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         notes = (*(Related(w.message, w.span) for w in lacking), *errors[0].related)
         errors[0] = replace(errors[0], related=notes, hint=f"first {lacking[0].hint}")
         warnings = [w for w in warnings if w not in lacking]
+    redundant = any(e.code == "R415" for e in errors)
     for w in warnings:
+        if redundant and isinstance(w, Locked) and w.code == "S322":
+            continue  # what follows from others holds nothing
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:
             continue

@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterator, Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import be, both, listed, shortened
 from planarc.insight.attachment import find_floating, hang, open_apart, place, replacing
 from planarc.insight.connectors import FRAME, owner
@@ -96,6 +96,30 @@ def find_unloaded(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Dia
                 f"`{joint}` and it",
             )
     return None
+
+
+#: What gives a force or a torque, by the end of its class's name; other sources give a motion.
+_EFFORTS = ("Torque", "Force", "Torque2", "Force2")
+
+
+def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """The warning about a force or torque that drives a joint with nothing behind it: where a law
+    of its own gives it, equations fit, and what has no mass follows it without inertia."""
+    efforts = {p.name for p in dae.parts if p.class_name.endswith(_EFFORTS)}
+    joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
+    pairs = (names for names in joined if len(names) == 2)  # nor is there an inertia on the shaft
+    driven = {n: d for names in pairs for n in names for d in names if d in efforts and d != n}
+    for link in _links(dae, mechanism):
+        joint = link.joints[0] if link.joints else ""
+        if len(link.joints) == 1 and joint in driven and not link.heavy and len(link.around) <= 1:
+            found = _unloaded(dae, mechanism, joint, link.frames, driven[joint])
+            bar = f" or make `{link.rigid[0]}` a `BodyShape`" if link.rigid else ""
+            yield replace(
+                found,
+                code="S323",
+                severity=Severity.WARNING,
+                hint=f"{found.hint},{bar}".rstrip(","),
+            )
 
 
 def _points(dae: Dae, frames: Sequence[str]) -> set[str]:

@@ -94,16 +94,24 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
             raise
         # A bar with both its ends in one place is why its loop does not close.
         doubled = any(isinstance(w, Locked) and w.code == "S323" for w in warnings)
-        found_there = () if doubled else problem.diagnostics
+        reasons = {w.span for w in warnings if w.code == "S323"}
+        found_there = () if doubled else (d for d in problem.diagnostics if d.span not in reasons)
         told = tuple(_warning(d) for d in found_there if _tells(d))
         warnings = in_one((*warnings, *told))
         if told:  # by that they cannot move, too
             return replace(checked, warnings=warnings)
+    if found is not None and found.redundant is not None:  # what follows from others holds nothing
+        warnings = tuple(w for w in warnings if not _is_held(w))
     # What cannot be assembled cannot move either.
     locked = None if mechanism is None else mechanism.locked
     if locked is not None and (found is None or found.rank <= 0):
         warnings = (*warnings, locked)
     return replace(checked, mobility=found, warnings=warnings, started=start)
+
+
+def _is_held(warning: Diagnostic) -> bool:
+    """Whether equations, which may be dependent, seem to hold some parts."""
+    return isinstance(warning, Locked) and warning.code == "S322"
 
 
 def _fixes_too_much(model: SortedDae) -> bool:

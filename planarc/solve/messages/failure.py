@@ -64,6 +64,9 @@ def stopped(
             flag, t = beyond
             block, place = kernel.failed_block, replace(place, when="right after")
         elif cause is not Cause.BLOCK or block < 0:
+            jammed = _jammed_loop(scene, ydot) if cause is Cause.POLE else -1
+            if jammed >= 0:
+                return _block(program, kernel, place, jammed, row=scene.row)
             if scene.way is not None:
                 return _creeps(program, place, scene.way, scene.span, worst)
             away = max(trouble.paces(y, ydot), default=0.0) * scene.span
@@ -74,6 +77,20 @@ def stopped(
     on_top = 0 <= block < len(program.blocks) and program.blocks[block].height == 0
     block = stretched if stretched >= 0 and on_top else block
     return _block(program, kernel, place, block, t, scene.row)
+
+
+def _jammed_loop(scene: Scene, ydot: Sequence[float]) -> int:
+    """The block of a loop that is driven and of which the fastest state is a coordinate: its rates
+    grow beyond all bounds where it reaches no farther. -1 where there is none."""
+    program = scene.program
+    fastest = max(range(len(ydot)), key=lambda k: abs(ydot[k]), default=-1)
+    state = scene.selection[fastest] if fastest >= 0 else -1
+    for number, code in enumerate(program.blocks):
+        inside = code.first <= state < code.first + len(code.tears)
+        if code.height and code.residuals and not code.linear and inside:
+            parts = _parts_of_loop(program, number)
+            return number if given_in_loop(program, scene.kernel, parts, SPEEDS) else -1
+    return -1
 
 
 def _first_without(scene: Scene, t: float, y: Sequence[float]) -> tuple[int, float] | None:

@@ -11,6 +11,8 @@ one is.
 
 from __future__ import annotations
 
+import math
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import both, listed
@@ -46,11 +48,11 @@ def judge_coincident(program: Program, kernel: Kernel) -> Diagnostic | None:
         x, y, u, v = a * values[at], b * values[at + 1], c * values[at + 2], d * values[at + 3]
         at += 4
         if -_CLOSE < x - u < _CLOSE and -_CLOSE < y - v < _CLOSE:
-            return _told(program, pair, (float(x), float(y)))
+            return _told(program, kernel, pair, (float(x), float(y)))
     return None
 
 
-def _told(program: Program, pair: _Pair, place: tuple[float, float]) -> Diagnostic:
+def _told(program: Program, kernel: Kernel, pair: _Pair, place: tuple[float, float]) -> Diagnostic:
     links = program.mechanism.links if program.mechanism else ()
     joints = {joint.name for joint in program.mechanism.joints} if program.mechanism else set()
 
@@ -61,9 +63,19 @@ def _told(program: Program, pair: _Pair, place: tuple[float, float]) -> Diagnost
     bars = [name for link in pair.others if link != GROUND for name in parts(link)[:1]]
     here = [name for name in parts(pair.link) if name != "world"]
     at = f"{{{place[0]:.4g}, {place[1]:.4g}}}"
-    own = own_part(program, here[-1] if here else pair.pins[1])
+    columns = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+
+    def is_there(part: str) -> bool:
+        x, y = (columns.get(f"{part}.frame_b.r[{i}]", math.nan) for i in (1, 2))
+        return math.hypot(x - place[0], y - place[1]) < _CLOSE
+
+    apart = [part for part in here if not is_there(part)] if pair.link == GROUND else []
+    here = [part for part in here if part not in apart]
+    own = own_part(program, here[-1] if here else apart[-1] if apart else pair.pins[1])
     hint = "give one of them another place"
-    if pair.link == GROUND and here:
+    if apart and not here:
+        hint = f"connect one of them to `{apart[-1]}`, which is elsewhere"
+    elif pair.link == GROUND and here:
         hint = f"give {both(here[-2:])} places of their own by `r`"
         hint = hint if len(here) > 1 else f"give `{here[0]}` a place of its own by `r`"
     elif here:

@@ -345,6 +345,8 @@ def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: V
     if moved is None or abs(point[moved] - u0[moved]) < _SMALL:
         return ""
     near = 0.0 if abs(point[moved]) < _SLIGHT * abs(u0[moved]) else point[moved]
+    if _start(near) == _start(u0[moved]):
+        return ""
     return (
         f"; if they do, try `{program.candidates[moved].display}(start = {_start(near)})` "
         f"instead of {_start(u0[moved])}"

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import Diagnostic, Explained, PlanarcError
 from planarc.core.prose import both
 from planarc.ir.expr import Op, postorder
+from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode, EquationInfo, Let, Program
@@ -76,7 +77,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
         hint=_zeros(system, infos)
         or (f"{locked.message}; {locked.hint}" if locked else None)
         or row
-        or (f"`{massless}` is 0: give it a value" if massless else None)
+        or (_without_inertia(program, system.kernel, massless) if massless else None)
         or _advice(program, every, tried, program.blocks[block].linear),
         related=trouble.related(worst),
     )
@@ -156,6 +157,31 @@ def _massless(system: System, block: int) -> str | None:
         kernel.w[parameter.slot] = 0.0
     kernel.parameters()
     return next((n for n in found if not n.endswith("]")), None)  # entries of vectors are lengths
+
+
+def _without_inertia(program: Program, kernel: Kernel, name: str) -> str:
+    """What to do about a parameter of 0; of an inertia whose mass is on the axis of a hinge, that
+    a rod may have been forgotten."""
+    component = owner(name)
+    links = program.mechanism.links if program.mechanism else ()
+    joints = {joint.name for joint in program.mechanism.joints} if program.mechanism else set()
+    places = {c.name: c.slot for c in program.columns}
+    centre = [p for p in program.parameter_slots if p.name.startswith(f"{component}.r_CM[")]
+    mass = [p for p in program.parameter_slots if p.name == f"{component}.m"]
+    aside = any(kernel.w[p.slot] != 0 for p in centre) or not any(kernel.w[p.slot] for p in mass)
+    for link in links:
+        own = [f for f in link.frames if owner(f) == component]
+        if not own or not name.endswith(".I") or aside:
+            continue
+        here = places.get(f"{own[0]}.r[1]")
+        hinges = [owner(f) for f in link.frames if places.get(f"{f}.r[1]") == here]
+        hinges = [h for h in dict.fromkeys(hinges) if h in joints]
+        if hinges:
+            return (
+                f"`{name}` is 0, and its mass is on the axis of `{hinges[-1]}` itself: put a rod "
+                "between them, or give it a value"
+            )
+    return f"`{name}` is 0: give it a value"
 
 
 def _parameters_of(program: Program, code: BlockCode) -> set[str]:
