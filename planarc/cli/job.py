@@ -20,7 +20,15 @@ from planarc.cli.summary import details, start_values, state_reasons, summary
 from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, UsageError, led_to
+from planarc.core.diagnostic import (
+    Diagnostic,
+    PlanarcError,
+    Repelling,
+    Runaway,
+    Severity,
+    UsageError,
+    led_to,
+)
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
 from planarc.core.prose import both, counted
@@ -120,8 +128,8 @@ class Run:
         outcome.rows = len(result.time)
         ended = () if result.ended is None else (result.ended,)
         # What explains that something grows without end has been told.
-        known = any(d.code in _MAKES_GROW for d in outcome.diagnostics)
-        warnings = (w for w in result.warnings if not (known and w.code == _GROWS))
+        known = any(isinstance(d, Repelling) for d in outcome.diagnostics)
+        warnings = (w for w in result.warnings if not (known and isinstance(w, Runaway)))
         outcome.diagnostics += (*warnings, *ended)
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
@@ -207,10 +215,6 @@ def _exit_of(result: Result) -> Exit:
     if not len(result.time):
         return Exit.MODEL  # it has no start
     return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN
-
-
-#: A speed that grows beyond all bounds, and what makes it: inputs exchanged, a value out of range.
-_GROWS, _MAKES_GROW = "R448", ("F336", "F265")
 
 
 def _idle_inputs(result: Result) -> Iterator[Diagnostic]:

@@ -16,7 +16,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.mend import Declare, Meant, Mend
+from planarc.core.mend import Accept, Declare, Meant, Mend
 from planarc.core.source import Span
 
 
@@ -94,6 +94,18 @@ class Locked(Diagnostic):
     """Parts that are held where they are."""
 
 
+class Bound(Locked):
+    """The same, by equations that may depend on others: then they hold nothing."""
+
+
+class Runaway(Diagnostic):
+    """A motion that grows beyond all bounds."""
+
+
+class Repelling(Diagnostic):
+    """What drives away from where it is to go, so that a motion grows beyond all bounds."""
+
+
 class Miscounted(Diagnostic):
     """Equations are too many or too few, as they may be where a part of the text is broken."""
 
@@ -159,9 +171,9 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         notes = (*(Related(w.message, w.span) for w in lacking), *errors[0].related)
         errors[0] = replace(errors[0], related=notes, hint=f"first {lacking[0].hint}")
         warnings = [w for w in warnings if w not in lacking]
-    redundant = any(e.code == "R415" for e in errors)
+    redundant = any(isinstance(e.mend, Accept) for e in errors)
     for w in warnings:
-        if redundant and isinstance(w, Locked) and w.code == "S322":
+        if redundant and isinstance(w, Bound):
             continue  # what follows from others holds nothing
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:

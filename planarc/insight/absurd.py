@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Runaway, Severity
 from planarc.core.prose import shortened
 from planarc.ir.once import once
 from planarc.ir.places import own_names, own_part
@@ -119,7 +119,7 @@ def _runaway(result: Result) -> Diagnostic | None:
     hint = "look for what pushes the same way as it moves, and the more the farther it goes"
     if own:
         hint += f": the sign of what gives {shortened([f'`{n}`' for n in own], _SHOWN)} its value"
-    return Diagnostic(
+    return Runaway(
         "R448",
         f"`{name}` grows beyond all bounds, to {float(last[column]):.2g} {unit} at t = "
         f"{float(result.time[-1]):.4g} s: {_growth(result.time, values)}",

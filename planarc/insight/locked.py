@@ -21,7 +21,7 @@ from collections import Counter
 from collections.abc import Collection
 from itertools import combinations
 
-from planarc.core.diagnostic import Locked, Severity
+from planarc.core.diagnostic import Bound, Locked, Severity
 from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
 from planarc.insight.connectors import find_pins, grouped
@@ -213,7 +213,7 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     several, by = len(holders) > 1, listed(f"`{n}`" for n in holders)
     what = listed(f"`{n}`" for n in held)
     hint = f"leave {'one of them' if several else 'it'} out, or put something elastic between"
-    return Locked(
+    return Bound(
         "S322",
         f"{what} cannot move: {by} {'hold' if several else 'holds'} all coordinates",
         part.span if part else dae.span,

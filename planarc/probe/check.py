@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from planarc import stages
 from planarc.core.clock import Clock
 from planarc.core.data import Data, without_collection
-from planarc.core.diagnostic import Diagnostic, Locked, PlanarcError, Severity, in_one
+from planarc.core.diagnostic import Bound, Diagnostic, Locked, PlanarcError, Severity, in_one
 from planarc.core.options import Backend
 from planarc.core.prose import counted
 from planarc.ir.mechanism import Mobility
@@ -101,17 +101,12 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
         if told:  # by that they cannot move, too
             return replace(checked, warnings=warnings)
     if found is not None and found.redundant is not None:  # what follows from others holds nothing
-        warnings = tuple(w for w in warnings if not _is_held(w))
+        warnings = tuple(w for w in warnings if not isinstance(w, Bound))
     # What cannot be assembled cannot move either.
     locked = None if mechanism is None else mechanism.locked
     if locked is not None and (found is None or found.rank <= 0):
         warnings = (*warnings, locked)
     return replace(checked, mobility=found, warnings=warnings, started=start)
-
-
-def _is_held(warning: Diagnostic) -> bool:
-    """Whether equations, which may be dependent, seem to hold some parts."""
-    return isinstance(warning, Locked) and warning.code == "S322"
 
 
 def _fixes_too_much(model: SortedDae) -> bool:

@@ -86,12 +86,15 @@ def acceleration(c: Code, phi: Value, w: Value) -> Value:
 
 def text(get_array: int) -> str:
     """The march and the functions that it calls; the context is the workspace: time, phi, w."""
-    rhs = Code(
+    cv_rhs = Code(
         "pc_cv_rhs", FLAG, [(REAL, "t"), (POINTER, "y"), (POINTER, "d"), (POINTER, "context")]
     )
-    _, y, d, _ = rhs.arguments
+    t, y, d, context = cv_rhs.arguments
     pointer = f"inttoptr (i64 {get_array} to ptr)"
-    y, d = (rhs.emit(POINTER, f"call ptr {pointer}(ptr {v.text})") for v in (y, d))
+    y, d = (cv_rhs.emit(POINTER, f"call ptr {pointer}(ptr {v.text})") for v in (y, d))
+    cv_rhs.give(cv_rhs.call(FLAG, "pc_rhs", context, t, y, d))
+    rhs = Code("pc_rhs", FLAG, [(POINTER, "context"), (REAL, "t"), (POINTER, "y"), (POINTER, "d")])
+    _, _, y, d = rhs.arguments
     phi, w = y.load(REAL), y.load(REAL, 1)
     d.store(w)
     d.store(acceleration(rhs, phi, w), 1)
@@ -109,7 +112,8 @@ def text(get_array: int) -> str:
     pure = "nounwind willreturn memory(none)"
     names = f"declare double @sin(double) {pure}\ndeclare double @cos(double) {pure}\n"
     names += "declare double @llvm.sqrt.f64(double)\n"
-    return names + rhs.text() + outputs.text() + accept.text() + look.text() + march_function()
+    own = (cv_rhs, rhs, outputs, accept, look)
+    return names + "".join(function.text() for function in own) + march_function()
 
 
 @cache

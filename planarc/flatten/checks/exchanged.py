@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
+from planarc.core.diagnostic import PlanarcError, Related, Repelling, Severity
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree.nodes import Instance, Leaf, Session
@@ -60,7 +60,7 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
             continue
         place, source, _ = measured
         session.warnings.append(
-            Diagnostic(
+            Repelling(
                 "F336",
                 f"`{block}` takes what `{sensor}` measures for the set value `{first[1:]}`, and "
                 f"`{source}` for the measured one: it drives away from where it is to go",

@@ -64,8 +64,8 @@ def stopped(
             flag, t = beyond
             block, place = kernel.failed_block, replace(place, when="right after")
         elif cause is not Cause.BLOCK or block < 0:
-            jammed = _jammed_loop(scene, ydot) if cause is Cause.POLE else -1
-            if jammed >= 0:
+            # Rates of a driven loop grow beyond all bounds where it reaches no farther.
+            if cause is Cause.POLE and (jammed := _jammed_loop(scene, ydot)) >= 0:
                 return _block(program, kernel, place, jammed, row=scene.row)
             if scene.way is not None:
                 return _creeps(program, place, scene.way, scene.span, worst)
@@ -80,16 +80,12 @@ def stopped(
 
 
 def _jammed_loop(scene: Scene, ydot: Sequence[float]) -> int:
-    """The block of a loop that is driven and of which the fastest state is a coordinate: its rates
-    grow beyond all bounds where it reaches no farther. -1 where there is none."""
-    program = scene.program
-    fastest = max(range(len(ydot)), key=lambda k: abs(ydot[k]), default=-1)
-    state = scene.selection[fastest] if fastest >= 0 else -1
-    for number, code in enumerate(program.blocks):
-        inside = code.first <= state < code.first + len(code.tears)
-        if code.height and code.residuals and not code.linear and inside:
-            parts = _parts_of_loop(program, number)
-            return number if given_in_loop(program, scene.kernel, parts, SPEEDS) else -1
+    """The block of a driven loop of which the fastest state is a coordinate; else -1."""
+    state = max(zip(map(abs, ydot), scene.selection, strict=True), default=(0.0, -1))[1]
+    for number, code in enumerate(scene.program.blocks):
+        if code.height and code.residuals and code.first <= state < code.first + len(code.tears):
+            parts = _parts_of_loop(scene.program, number)
+            return number if given_in_loop(scene.program, scene.kernel, parts, SPEEDS) else -1
     return -1
 
 

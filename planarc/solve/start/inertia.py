@@ -49,6 +49,8 @@ def judge_inertia(program: Program, kernel: Kernel) -> Diagnostic | None:
 @once
 def _bodies(program: Program) -> tuple[tuple[str, int, int], ...]:
     """The parts that turn and have that inertia by default, with the slots of inertia and mass."""
+    if not program.state_count:  # a truss
+        return ()
     slots = {p.name: p.slot for p in program.parameter_slots}
     turning = {c.name for c in program.columns if not c.constant}
     found = []
