@@ -207,7 +207,7 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     }
     found = moving & owners.keys() - free
     held = [n for n in own_names(dae, sorted(found)) if n not in holders]
-    if not held:
+    if not held or not holders:  # no part of the user's
         return None
     part = own_part(dae, holders[-1])
     several, by = len(holders) > 1, listed(f"`{n}`" for n in holders)
