@@ -89,7 +89,6 @@ class Span(NamedTuple):
         return Span(self.source, self.start, max(self.end, other.end))
 
 
-#: The place of what no file holds (a generated equation, a default).
 class _Nowhere(Span):
     """No place; what is read from the disk has the same one, which `is NOWHERE`."""
 
@@ -99,6 +98,7 @@ class _Nowhere(Span):
         return "NOWHERE" if self is NOWHERE else (Span, tuple(self))
 
 
+#: The place of what no file holds (a generated equation, a default).
 NOWHERE: Span = _Nowhere(Source("<planarc>", ""), 0, 0)
 
 

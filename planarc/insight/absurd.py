@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 #: Speeds, in m/s or rad/s, that nothing has.
 _FASTEST = 1e9
 _SPEEDS = ("m/s", "rad/s")
+#: Powers of ten below that from which its growth is told.
+_DECADES = 6
 #: Ends pass through each other where the way between two rows leads past zero within this part of
 #: it, and is that of the rows before, to this part.
 _NEAR, _STRAIGHT = 0.02, 0.5
@@ -102,16 +104,21 @@ def _lines(program: Program) -> tuple[tuple[str, tuple[int, int]], ...]:
 
 
 def _runaway(result: Result) -> Diagnostic | None:
-    """The warning about the fastest of the speeds among what may be states."""
-    speeds = _speeds(result.program)
-    stored = [(n, result.stored[s]) for n, s in speeds if s in result.stored]
-    if not stored:
+    """The warning about the first of the speeds that passes the bound. What comes after is left
+    alone: an angle that large has no digits left."""
+    import numpy as np
+
+    named = [(n, result.stored[s]) for n, s in _speeds(result.program) if s in result.stored]
+    if not named:
         return None
-    last = result.data[-1]
-    name, column = max(stored, key=lambda item: abs(last[item[1]]))
-    if not _FASTEST < abs(last[column]) < float("inf"):
+    sizes = np.abs(result.data[:, [column for _, column in named]])
+    with np.errstate(all="ignore"):
+        beyond = sizes > _FASTEST
+    if not beyond.any():
         return None
-    program, values = result.program, result.data[:, column]
+    row = int(np.argmax(beyond.any(axis=1)))
+    at = int(np.argmax(beyond[row]))
+    name, program = named[at][0], result.program
     part = own_part(program, name.rpartition(".")[0])
     unit = next(c.unit for c in program.columns if c.name == name)
     drives = [d.component for d in program.declared if d.name == "suppliedPower"]
@@ -119,24 +126,27 @@ def _runaway(result: Result) -> Diagnostic | None:
     hint = "look for what pushes the same way as it moves, and the more the farther it goes"
     if own:
         hint += f": the sign of what gives {shortened([f'`{n}`' for n in own], _SHOWN)} its value"
+    t = float(result.time[row])
+    grows = _growth(result.time[: row + 1], sizes[: row + 1, at])
     return Runaway(
         "R448",
-        f"`{name}` grows beyond all bounds, to {float(last[column]):.2g} {unit} at t = "
-        f"{float(result.time[-1]):.4g} s: {_growth(result.time, values)}",
+        f"`{name}` grows beyond all bounds: at t = {t:.3g} s it is above {_FASTEST:.0e} {unit}"
+        f"{grows}",
         part.span if part else None,
         Severity.WARNING,
         hint=hint,
     )
 
 
-def _growth(time: Vector, values: Vector) -> str:
-    """How soon it has become ten times as much, before the end."""
+def _growth(time: Vector, sizes: Vector) -> str:
+    """How soon it becomes ten times as much, by the time since it was a thousandth of a thousandth;
+    nothing where that is less than a few rows."""
     import numpy as np
 
-    size = np.maximum.accumulate(np.abs(values))
-    begin = int(np.searchsorted(size, size[-1] * 1e-6))
-    span = float(time[-1] - time[begin]) / 6
-    return f"ten times as much in {span:.2g} s" if span > 0 else "nothing moves so fast"
+    small = np.flatnonzero(sizes < _FASTEST * 10.0**-_DECADES)
+    rows = len(sizes) - int(small[-1]) if len(small) else 0
+    span = float(time[-1] - time[small[-1]]) / _DECADES if len(small) else 0.0
+    return f", ten times as much every {span:.2g} s" if rows > _DECADES else ""
 
 
 @once

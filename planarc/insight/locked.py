@@ -162,28 +162,27 @@ def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:
 
 
 def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:
-    own = own_part(dae, part)
-    return Locked(
-        "S323",
+    message = (
         f"{both(joints)} are both connected to `{end}`, and nothing to `{free}`: "
-        f"`{part}` gives its loop no length",
-        own.span if own else dae.span,
-        Severity.WARNING,
-        hint=f"connect one of them to `{free}`",
+        f"`{part}` gives its loop no length"
     )
+    return _told_at(dae, part, message, f"connect one of them to `{free}`")
 
 
 def _at_near_end(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:
-    own = own_part(dae, part)
     there = next(names for names in dae.connections if end in names)
     onward = next((j for j in joints if f"{j}.frame_a" in there), joints[1])
-    return Locked(
-        "S323",
-        f"nothing is connected to `{free}`, and {both(joints)} turn about the same point: `{end}`",
-        own.span if own else dae.span,
-        Severity.WARNING,
-        hint=f"connect `{onward}` to `{free}`, where `{part}` is to carry it",
+    message = (
+        f"nothing is connected to `{free}`, and {both(joints)} turn about the same point: `{end}`"
     )
+    hint = f"connect `{onward}` to `{free}`, where `{part}` is to carry it"
+    return _told_at(dae, part, message, hint)
+
+
+def _told_at(dae: Dae, part: str, message: str, hint: str) -> Locked:
+    own = own_part(dae, part)
+    place = own.span if own else dae.span
+    return Locked("S323", message, place, Severity.WARNING, hint=hint)
 
 
 def _used(step: Step) -> set[object]:

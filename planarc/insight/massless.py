@@ -12,7 +12,7 @@ Example: the angle of the point between a spring and a damper in series, `spring
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from msgspec.structs import replace
 
@@ -70,9 +70,8 @@ def find_hung(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) -> 
 def find_unloaded(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Diagnostic | None:
     """The error about a driven joint that moves nothing: its drive has no mass to accelerate, and
     what it gives contradicts the zero force of the open end."""
-    driving = {part.name for part in givers}
     joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
-    driven = {n: d for names in joined for n in names for d in names if d in driving and d != n}
+    driven = _driven(joined, {part.name for part in givers})
     for link in _links(dae, mechanism):
         apart = {*link.around}.difference(own_names(dae, link.heavy))
         if len(link.joints) != 1 or link.joints[0] not in driven or len(apart) > 1:
@@ -107,8 +106,8 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     of its own gives it, equations fit, and what has no mass follows it without inertia."""
     efforts = {p.name for p in dae.parts if p.class_name.endswith(_EFFORTS)}
     joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
-    pairs = (names for names in joined if len(names) == 2)  # nor is there an inertia on the shaft
-    driven = {n: d for names in pairs for n in names for d in names if d in efforts and d != n}
+    # Nor is there an inertia on the shaft.
+    driven = _driven([names for names in joined if len(names) == 2], efforts)
     for link in _links(dae, mechanism):
         joint = link.joints[0] if link.joints else ""
         if len(link.joints) == 1 and joint in driven and not link.heavy and len(link.around) <= 1:
@@ -120,6 +119,11 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 severity=Severity.WARNING,
                 hint=f"{found.hint},{bar}".rstrip(","),
             )
+
+
+def _driven(joined: Iterable[Sequence[str]], drives: Collection[str]) -> dict[str, str]:
+    """The drive that each part is connected to."""
+    return {n: d for names in joined for n in names for d in names if d in drives and d != n}
 
 
 def _points(dae: Dae, frames: Sequence[str]) -> set[str]:

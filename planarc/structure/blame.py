@@ -318,7 +318,9 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
             if value.op is Op.CONST and not side.order and _moves(side.name, dae.equations):
                 start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
                 return f"to begin there, write {start}; to drive the joint, {driven}"
-            moving = any(e.is_symbol and owner in e.name for e in postorder((value,)))
+            moving = any(
+                e.is_symbol and e.name.startswith(f"{owner}.") for e in postorder((value,))
+            )
             if name in _EFFORTS and moving:  # `hinge.tau = -d*hinge.w`
                 return (
                     f"remove it, write `{owner}(drivenFlange=true)`, and put what gives this "

@@ -184,8 +184,8 @@ def _asked_too_much(a: Attributes, source: SourceEquation, dae: Dae | None) -> D
     """The refusal of a symbol that must be a state and is computed."""
     message = f"`{a.display}` has `StateSelect.always`, but follows from other variables"
     hint = "use `StateSelect.prefer`, or take `always` away from what it follows from"
-    notes = [Related("from this equation", source.span)]
-    return Once("S307", message, *_place_and_cure(a, hint, notes, dae), kind=owner(a.display))
+    told = _place_and_cure(a, hint, [Related("from this equation", source.span)], dae)
+    return Once("S307", message, *told, kind=a.display if told[0] == a.span else owner(a.display))
 
 
 def _place_and_cure(

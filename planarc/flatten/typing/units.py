@@ -175,8 +175,8 @@ class Checker(Struct):
                 self.report_zeros(f"the sides of `{e.op}`", e.span)
                 return left
             case "+" | "-" | ".+" | ".-":
-                if all(map(_has_gain, _terms(e))):
-                    return left if left == right else None
+                if left != right and all(map(_has_gain, _terms(e))):
+                    return None
                 sides = e.left, e.right
                 return self.agree(f"the sides of `{e.op}`", left, right, e.span, sides)
             case "<" | "<=" | ">" | ">=" | "==" | "<>":
