@@ -14,7 +14,17 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.clock import Clock
-from planarc.core.diagnostic import Diagnostic, Miscounted, PlanarcError, Related, Severity
+from planarc.core.diagnostic import (
+    Diagnostic,
+    HeldAgainst,
+    Laborious,
+    Loose,
+    Miscounted,
+    PlanarcError,
+    Related,
+    Runaway,
+    Severity,
+)
 from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING, Backend
 
@@ -182,7 +192,22 @@ def _in_words_of_parts(
     reason = None
     if isinstance(problem, StructurallySingular):
         reason = explain_misfit(dae, mechanism, problem.undetermined, problem.givers)
+    first = problem.diagnostics[0]
+    if reason is None and mechanism is not None and isinstance(first, HeldAgainst):
+        reason = _without_load(dae, mechanism, first)
     return (reason,) if reason else _held_too_often(dae, mechanism, problem.diagnostics)
+
+
+def _without_load(dae: Dae, mechanism: Mechanism, held: Diagnostic) -> Diagnostic | None:
+    """The error about a start value against the equations, where these are those of a drive that
+    has nothing to accelerate."""
+    from planarc.insight.massless import idle_drives
+
+    idle = next((d for d in idle_drives(dae, mechanism) if d.span == held.span), None)
+    if idle is None:
+        return None
+    notes = (Related(held.message, held.span),)
+    return replace(idle, code=held.code, severity=held.severity, related=notes)
 
 
 def find_held(model: SortedDae, mechanism: Mechanism | None) -> Diagnostic | None:
@@ -212,7 +237,9 @@ def attachment_warnings(
     from planarc.insight.attachment import attachment_warnings as find
     from planarc.insight.massless import idle_drives
 
-    return (*find(dae, mechanism), *idle_drives(dae, mechanism), *told)
+    found = find(dae, mechanism)
+    loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
+    return (*found, *(() if loose else idle_drives(dae, mechanism)), *told)
 
 
 def _held_too_often(
@@ -310,6 +337,7 @@ def explain(result: Result, tolerance: float | None) -> Result:
     nothing moves."""
     from planarc.insight.absurd import judge_absurd
     from planarc.insight.accounts import judge_accounts
+    from planarc.insight.late import judge_late
     from planarc.insight.losses import judge_losses
     from planarc.insight.reactions import judge_reactions
     from planarc.insight.still import judge_still
@@ -320,11 +348,16 @@ def explain(result: Result, tolerance: float | None) -> Result:
     found += judge_reactions(result)
     found += judge_accounts(result)
     found += judge_absurd(result)
-    found += judge_still(result)
+    found += judge_late(result)
+    if not found:
+        found += judge_still(result)
     if result.events and any(d.kind == "event" for d in program.declared):
         from planarc.insight.happenings import name_events
 
         result = replace(result, events=name_events(result))
+    if any(isinstance(d, Runaway) for d in found):  # why the run took so many steps
+        kept = (w for w in result.warnings if not isinstance(w, Laborious))
+        result = replace(result, warnings=tuple(kept))
     return replace(result, warnings=(*result.warnings, *found)) if found else result
 
 

@@ -22,10 +22,13 @@ from planarc.core.clock import Clock
 from planarc.core.data import Data
 from planarc.core.diagnostic import (
     Diagnostic,
+    Exhausted,
     PlanarcError,
+    Related,
     Repelling,
     Runaway,
     Severity,
+    Still,
     UsageError,
     led_to,
 )
@@ -126,11 +129,18 @@ class Run:
             setattr(outcome, name, getattr(statistics, name))
         outcome.states = result.states[-1].states if result.states else ()
         outcome.rows = len(result.time)
-        ended = () if result.ended is None else (result.ended,)
-        # What explains that something grows without end has been told.
-        known = any(isinstance(d, Repelling) for d in outcome.diagnostics)
-        warnings = (w for w in result.warnings if not (known and isinstance(w, Runaway)))
-        outcome.diagnostics += (*warnings, *ended)
+        # What explains that something grows without end is told once.
+        reason = next((d for d in outcome.diagnostics if isinstance(d, Repelling)), None)
+        told = any(d.severity is Severity.WARNING for d in outcome.diagnostics)
+        known = ((Runaway,) if reason else ()) + ((Still,) if told else ())
+        warnings = [w for w in result.warnings if not isinstance(w, known)]
+        ended = result.ended
+        if reason is not None and isinstance(ended, Exhausted):
+            outcome.diagnostics = tuple(d for d in outcome.diagnostics if d is not reason)
+            place = Related(reason.message, reason.span)
+            related = (place, *reason.related, *ended.related)
+            ended = replace(ended, hint=reason.hint, related=related)
+        outcome.diagnostics += (*warnings, *([] if ended is None else [ended]))
 
     def _write(self, result: Result, places: Destinations, kernel: Kernel) -> None:
         """All files that can be written; raises UsageError of those that cannot."""

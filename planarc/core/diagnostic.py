@@ -98,6 +98,22 @@ class Bound(Locked):
     """The same, by equations that may depend on others: then they hold nothing."""
 
 
+class Exhausted(Diagnostic):
+    """The end of a run whose steps become too short, or whose values too large."""
+
+
+class Laborious(Diagnostic):
+    """A stretch of a run that takes very many steps."""
+
+
+class HeldAgainst(Diagnostic):
+    """A start value that is held against the equations."""
+
+
+class Still(Diagnostic):
+    """That nothing moves in a run, which what else is told may explain."""
+
+
 class Runaway(Diagnostic):
     """A motion that grows beyond all bounds."""
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Runaway, Severity
 from planarc.core.prose import shortened
+from planarc.core.unit import RPM
 from planarc.ir.once import once
 from planarc.ir.places import own_names, own_part
 from planarc.ir.program import Program
@@ -29,7 +30,10 @@ if TYPE_CHECKING:
 
 #: Speeds, in m/s or rad/s, that nothing has.
 _FASTEST = 1e9
-_SPEEDS = ("m/s", "rad/s")
+_TURNING = "rad/s"
+_SPEEDS = ("m/s", _TURNING)
+#: A speed of turning, in rad/s, above those of turbines and drills: some 570,000 rpm.
+_FASTEST_TURN = 6e4
 #: Powers of ten below that from which its growth is told.
 _DECADES = 6
 #: Ends pass through each other where the way between two rows leads past zero within this part of
@@ -108,33 +112,35 @@ def _runaway(result: Result) -> Diagnostic | None:
     alone: an angle that large has no digits left."""
     import numpy as np
 
-    named = [(n, result.stored[s]) for n, s in _speeds(result.program) if s in result.stored]
-    if not named:
+    speeds = [(n, result.stored[s], u) for n, s, u in _speeds(result.program) if s in result.stored]
+    if not speeds:
         return None
-    sizes = np.abs(result.data[:, [column for _, column in named]])
+    sizes = np.abs(result.data[:, [column for _, column, _ in speeds]])
     with np.errstate(all="ignore"):
         beyond = sizes > _FASTEST
-    if not beyond.any():
+        fast = sizes > [_FASTEST_TURN if unit == _TURNING else np.inf for *_, unit in speeds]
+    if not fast.any():
         return None
-    row = int(np.argmax(beyond.any(axis=1)))
-    at = int(np.argmax(beyond[row]))
-    name, program = named[at][0], result.program
+    passed = beyond if beyond.any() else fast
+    row = int(np.argmax(passed.any(axis=1)))
+    at = int(np.argmax(passed[row]))
+    name, _, unit = speeds[at]
+    t = float(result.time[row])
+    if passed is beyond:
+        message = f"grows beyond all bounds: at t = {t:.3g} s it is above {_FASTEST:.0e} {unit}"
+        message += _growth(result.time[: row + 1], sizes[: row + 1, at])
+    else:
+        most = float(np.nanmax(sizes[:, at]))
+        message = f"reaches {most:.3g} {unit}, which is {most / RPM:.3g} rpm: nothing turns as fast"
+    program = result.program
     part = own_part(program, name.rpartition(".")[0])
-    unit = next(c.unit for c in program.columns if c.name == name)
     drives = [d.component for d in program.declared if d.name == "suppliedPower"]
     own = own_names(program, drives)
     hint = "look for what pushes the same way as it moves, and the more the farther it goes"
     if own:
         hint += f": the sign of what gives {shortened([f'`{n}`' for n in own], _SHOWN)} its value"
-    t = float(result.time[row])
-    grows = _growth(result.time[: row + 1], sizes[: row + 1, at])
     return Runaway(
-        "R448",
-        f"`{name}` grows beyond all bounds: at t = {t:.3g} s it is above {_FASTEST:.0e} {unit}"
-        f"{grows}",
-        part.span if part else None,
-        Severity.WARNING,
-        hint=hint,
+        "R448", f"`{name}` {message}", part.span if part else None, Severity.WARNING, hint=hint
     )
 
 
@@ -150,13 +156,13 @@ def _growth(time: Vector, sizes: Vector) -> str:
 
 
 @once
-def _speeds(program: Program) -> tuple[tuple[str, int], ...]:
-    """Speeds that may be states, as the user's parts name them."""
+def _speeds(program: Program) -> tuple[tuple[str, int, str], ...]:
+    """Speeds that may be states, as the user's parts name them, with their slots and units."""
     slots = {candidate.slot for candidate in program.candidates}
-    found: dict[int, str] = {}
+    found: dict[int, tuple[str, str]] = {}
     for c in program.columns:
         if c.unit in _SPEEDS and c.slot in slots and own_part(program, c.name.rpartition(".")[0]):
             known = found.get(c.slot)
-            if known is None or c.name.count(".") < known.count("."):
-                found[c.slot] = c.name
-    return tuple((name, slot) for slot, name in found.items())
+            if known is None or c.name.count(".") < known[0].count("."):
+                found[c.slot] = c.name, c.unit
+    return tuple((name, slot, unit) for slot, (name, unit) in found.items())

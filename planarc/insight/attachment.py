@@ -18,6 +18,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, Severity
 from planarc.core.disjoint import DisjointSets
@@ -25,15 +27,16 @@ from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, find_pins, grouped, owner
 from planarc.insight.facts import count_text
-from planarc.insight.idle import idle_parts
+from planarc.insight.idle import carries_nothing, idle_parts, spare_ground
 from planarc.insight.sensors import find_sensors
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
-from planarc.ir.flat import StateSelect
+from planarc.ir.flat import Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
 
 _SHOWN = 6
+_STANDING = "the world or to a part that stands on it"
 #: What lets an equation change while nothing moves freely.
 _CHANGING = (Op.TIME, Op.PRE, Op.EVENT, Op.PAST)
 
@@ -52,9 +55,19 @@ class Group(Data):
 def attachment_warnings(dae: Dae, mechanism: Mechanism) -> tuple[Diagnostic, ...]:
     """Warnings of what a user may not have meant, though the equations fit."""
     groups = find_floating(dae, mechanism)
-    unmeant = (group for group in groups if not _is_flown(dae, mechanism, group))
-    floating = (_floats(dae, mechanism, group) for group in unmeant)
+    unmeant = [group for group in groups if not _is_flown(dae, mechanism, group)]
+    floating = [_floats(dae, mechanism, group) for group in unmeant]
+    spare = spare_ground(dae, mechanism)
+    if len(floating) == len(spare) == 1 and _STANDING in str(floating[0].hint):
+        floating = [_on(floating[0], spare[0])]
     return (*floating, *idle_parts(dae, mechanism))
+
+
+def _on(loose: Diagnostic, ground: Part) -> Diagnostic:
+    """The warning about loose parts, where one part on the ground carries nothing."""
+    note = carries_nothing(ground)
+    hint = str(loose.hint).replace(_STANDING, f"`{ground.name}`")
+    return replace(loose, hint=hint, related=(Related(note.message, note.span),))
 
 
 def attachment_error(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
@@ -204,7 +217,7 @@ def _unheld(
         shown = shortened([f"`{f}`" for f in ends], _SHOWN)
         message += f": {shown} {be(len(ends))} connected to nothing"
     first = (ends or components)[0]
-    hint = f"connect `{first}` to the world or to a part that stands on it"
+    hint = f"connect `{first}` to {_STANDING}"
     if severity is Severity.WARNING and not hinged:
         hint += "; if all are meant to fly freely, write start values for one of the bodies"
     if group.instead:

@@ -43,17 +43,17 @@ def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     yield from _ends_together(dae, link_of)
     yield from _free_beside_joints(dae, mechanism, link_of)
     yield from _wheels_that_stand(dae, mechanism, link_of)
-    inside, spare = [*_inside_links(dae, mechanism, link_of)], _spare(dae, mechanism)
+    inside, spare = [*_inside_links(dae, mechanism, link_of)], spare_ground(dae, mechanism)
     if len(inside) == len(spare) == 1:  # one of its ends was to be there
         (idle,), (ground,) = inside, spare
-        note = _carries_nothing(ground)
+        note = carries_nothing(ground)
         hint = f"{idle.hint}, such as `{ground.name}`"
         yield replace(idle, hint=hint, related=(Related(note.message, note.span),))
         yield from _on_one_point(dae, mechanism)
         return
     yield from inside
     yield from _on_one_point(dae, mechanism)
-    yield from map(_carries_nothing, spare)
+    yield from map(carries_nothing, spare)
 
 
 def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
@@ -217,14 +217,14 @@ def _line_forces(dae: Dae, mechanism: Mechanism) -> Iterator[tuple[str, list[str
             yield component, ends
 
 
-def _spare(dae: Dae, mechanism: Mechanism) -> list[Part]:
+def spare_ground(dae: Dae, mechanism: Mechanism) -> list[Part]:
     """Ground that carries nothing, beside other ground and joints."""
     joined = {owner(name) for names in dae.connections if len(names) > 1 for name in names}
     parts = (_own(dae, c) for c in mechanism.spare if mechanism.joints and c not in joined)
     return [part for part in parts if part is not None and not part.inner]
 
 
-def _carries_nothing(part: Part) -> Diagnostic:
+def carries_nothing(part: Part) -> Diagnostic:
     message = f"`{part.name}` carries nothing: nothing is connected to it"
     return _idle(message, part, "connect it, or leave it out")
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Severity, Still
 from planarc.core.prose import shortened
 from planarc.ir.once import once
 from planarc.ir.places import own_part
@@ -36,6 +36,9 @@ def judge_still(result: Result) -> Iterator[Diagnostic]:
     if len(result.time) < 3 or result.events or result.ended is not None:
         return
     program = result.program
+    told = program.locked is not None or any(w.code == "S322" for w in result.warnings)
+    if told or not any(s.states for s in result.states):
+        return  # it cannot move
     slots, free = _speeds(program)
     for slot in slots:
         if np.any(np.abs(result.of_slot(slot)) > _ROUNDING):
@@ -45,7 +48,7 @@ def judge_still(result: Result) -> Iterator[Diagnostic]:
         return
     first = next(iter(parts.values()))
     named = shortened([f"`{name}`" for name in parts], _SHOWN)
-    yield Diagnostic(
+    yield Still(
         "R451",
         f"nothing moves from t = {result.time[0]:.4g} to {result.time[-1]:.4g} s: {named} "
         "stand" + ("s" if len(parts) == 1 else "") + " still",

@@ -57,9 +57,11 @@ def content_of(path: Path) -> bytes:
     try:
         return read_plain(path)
     except FileNotFoundError:
-        from planarc.core.nearest import did_you_mean
+        from planarc.core.mend import Meant
+        from planarc.core.nearest import nearest
 
-        hint = did_you_mean(path.name, _siblings(path))
+        near = tuple(str(path.with_name(n)) for n in nearest(path.name, _siblings(path)))
+        hint = Meant(str(path), near) if near else None
         raise usage_error("C101", f"there is no file `{path}`", hint=hint) from None
     except IsADirectoryError:
         raise usage_error(

@@ -13,6 +13,7 @@ from planarc.ir.result import EventRecord, Held
 from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
 from planarc.solve.start import sharing
+from planarc.solve.start.alike import judge_alike
 from planarc.solve.start.coincident import judge_coincident
 from planarc.solve.start.inertia import judge_inertia
 from planarc.solve.start.longest import judge_longest
@@ -73,6 +74,8 @@ class Begun(Bench):
             self.warnings.append(light)
         if (coincident := judge_coincident(self.program, self.kernel)) is not None:
             self.warnings.append(coincident)
+        elif (alike := judge_alike(self.program, self.kernel)) is not None:
+            self.warnings.append(alike)
         if (moved := judge_moved(self.program, self.kernel, self.held)) is not None:
             self.warnings.append(moved)
         self.delays.kink(t)

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
+from planarc.core.diagnostic import Diagnostic, HeldAgainst, PlanarcError, Related
 from planarc.core.source import Span
 from planarc.ir.dae import Dae, Variable
 from planarc.ir.expr import Expr, Exprs, symbol_text, text
@@ -178,7 +178,7 @@ def _check_constant(
     start = variable.start or dae.table.zero
     value = target if sign > 0 else dae.table.neg(target)
     if numbers.differ(start, value):
-        yield Diagnostic(
+        yield HeldAgainst(
             "S305",
             f"`{variable.name}` is held at {_held(variable)}, but the equations make it "
             f"{text(value)}",

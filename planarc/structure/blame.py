@@ -19,7 +19,7 @@ from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, Kind, SetDiscrete, Variable
-from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.expr import Expr, Op, below, postorder, text
 from planarc.structure.places import owner_span
 from planarc.structure.slopes import likely_slope
 from planarc.structure.unmatched import Misfit, is_own
@@ -86,8 +86,23 @@ def _surplus(dae: Dae, misfit: Misfit) -> Diagnostic:
     several = "them" if surplus >= len(rivals) else f"{surplus} of them"
     if not alone and surplus > 1:
         hint = f"remove {several}, or free what they decide"
+    hint = hint or _in_order(rivals)
     hint = hint or f"remove {'it' if alone else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _in_order(rivals: Sequence[Equation]) -> str | None:
+    """The hint where an equation gives a variable a new value from its own, which another one
+    decides, as assignments do one after the other."""
+    given = [e.left.name for e in rivals if e.left.is_symbol]
+    for e in rivals:
+        if e.left.is_symbol and given.count(e.left.name) > 1 and e.left in below((e.right,)):
+            value = _written(e).partition("=")[2].strip()
+            return (
+                f"equations hold at once, and are no assignments in order: give the new value a "
+                f"name of its own, as in `{e.left}New = {value}`"
+            )
+    return None
 
 
 def _named(equation: Equation) -> str:

@@ -4,6 +4,7 @@ In:   FlatModel, the names of the user's files
 Out:  warnings F331 (degrees), F332 (a root), F333 (a difference) and F334 (a when)
 
     sin(45)      a sine, cosine or tangent takes radian: a number such as people write in degrees
+    phi > 90     so does what is compared with an angle, or added to it
     x^1/2        is half of x, as a power binds more than a division: a root was meant
     x - pre(x)   is 0 where x moves all the while and nothing sets it anew
     when f(x)    watches no relation, since those in functions and in noEvent make no events
@@ -31,6 +32,9 @@ from planarc.ir.flatwalk import (
 _OF_ANGLES = ("sin", "cos", "tan")
 #: Angles that people write in degrees.
 _DEGREES = (15, 30, 45, 60, 75, 90, 120, 135, 150, 180, 270, 360)
+#: Those that hardly anybody means in radian, of a shaft that turns round and round either.
+_NEVER_RADIAN = (45, 60, 90, 120, 135, 150, 180, 270, 360)
+_SUMS = ("+", "-", "<", "<=", ">", ">=")
 
 
 def find_slips(
@@ -44,11 +48,12 @@ def find_slips(
     seen = set[tuple[str, int]]()
     own = (e for e in expressions if e.span.source.name in files)
     moving = cache(lambda: _moving(model))
+    angles = cache(lambda: {v.name for v in model.variables if v.attributes.unit == "rad"})
     for e in nodes_of(own):
         place = e.span.source.name, e.span.start
         if place in seen:
             continue
-        found = _degrees(e) or _root(e) or _no_difference(e, moving)
+        found = _degrees(e) or _beside_angle(e, angles) or _root(e) or _no_difference(e, moving)
         if found is not None:
             seen.add(place)
             yield found
@@ -139,9 +144,24 @@ def _degrees(e: flat.Expression) -> Diagnostic | None:
     angle = next((a for t in _terms(e.arguments[0]) if (a := _literal(t)) in _DEGREES), None)
     if angle is None:
         return None
+    return _in_radian(f"`{e.function}` takes radian", angle, e)
+
+
+def _beside_angle(e: flat.Expression, angles: Callable[[], set[str]]) -> Diagnostic | None:
+    if not isinstance(e, flat.Binary) or e.op not in _SUMS:
+        return None
+    for number, other in ((e.left, e.right), (e.right, e.left)):
+        angle = _literal(number)
+        named = isinstance(other, flat.Reference) and other.name in angles()
+        if angle is not None and abs(angle) in _NEVER_RADIAN and named:
+            return _in_radian(f"`{' '.join(other.span.text.split())}` is in radian", angle, e)
+    return None
+
+
+def _in_radian(why: str, angle: float, e: flat.Expression) -> Diagnostic:
     return Diagnostic(
         "F331",
-        f"`{e.function}` takes radian: {angle:g} rad is {turns(angle)}",
+        f"{why}: {angle:g} rad is {turns(angle)}",
         e.span,
         Severity.WARNING,
         hint=f"if degrees are meant, write `{angle:g}*pi/180` with `Modelica.Constants.pi`",

@@ -34,6 +34,10 @@ _OTHERWISE = {
         for f in ("sin", "cos", "tan")
     },
     **dict.fromkeys(("norm", "magnitude"), "write `sqrt(x*x)` for the length of a vector x"),
+    **dict.fromkeys(
+        ("saturate", "saturation", "sat", "clip", "clamp", "limit", "constrain"),
+        "write `min(max(x, lower), upper)`",
+    ),
     "experiment": "write `annotation(experiment(...));`",
     **dict.fromkeys(("diff", "derivative", "ddt", "d"), "write `der(x)`"),
 }

@@ -287,7 +287,11 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
     at = [f"`{n}` = {v.value}" for n, v in counted_by if isinstance(v, flat.Literal)]
     if at:
         here = f"this is at {listed(at)}: let the loop run over"
-        hint = f"{hint}; {here} others" if hint else f"{here} fewer values"
+        hint = (
+            f"{hint}; {here} others"
+            if hint
+            else f"{here} fewer values, or write this in one of its own"
+        )
     message = f"the index {index} of `{name}` is outside of 1 to {size}"
     if not size:
         message = f"the index {index} is outside of `{name}`, which has no members"

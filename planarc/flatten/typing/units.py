@@ -103,8 +103,22 @@ class Checker(Struct):
             ratios = (unit.unit_text(r[:-1]) for r in (unit.divide(a, b), unit.divide(b, a)))
             found = next((r for r in ratios if r in _FACTORS), None)
             hint = found and f"they differ by a factor in `{found}`: look for {_FACTORS[found]}"
+            hint = self.square(a, b, sides) or self.square(b, a, sides[::-1]) or hint
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
+
+    def square(self, lacking: Dimension, other: Dimension, sides: Sides) -> str | None:
+        """The hint at the one factor of the first side whose square would give it the unit of the
+        other one, as in an energy."""
+        side, wanted = sides[0], unit.divide(other, lacking)
+        if side is None or isinstance(side, str):
+            return None
+        factors = [f for f in _factors(side) if isinstance(f, flat.Reference)]
+        fitting = [f for f in factors if (k := self.units.get(f.name)) and _agree(k, wanted)]
+        if len(fitting) != 1 or wanted[:-1] == NUMBER:
+            return None
+        name = " ".join(fitting[0].span.text.split())
+        return f"a square may be missing: `{name}^2` would make them agree"
 
     def text(self, known: Dimension, side: flat.Expression | str | None) -> str:
         """A unit as it was declared, where it is that of a variable."""
@@ -425,6 +439,18 @@ def _terms(e: flat.Expression) -> Iterator[flat.Expression]:
         yield from _terms(e.right)
     elif isinstance(e, flat.Unary):
         yield from _terms(e.operand)
+    else:
+        yield e
+
+
+def _factors(e: flat.Expression) -> Iterator[flat.Expression]:
+    """What a product multiplies, and not what it divides by."""
+    if isinstance(e, flat.Binary) and e.op in ("*", ".*", "/", "./"):
+        yield from _factors(e.left)
+        if e.op in ("*", ".*"):
+            yield from _factors(e.right)
+    elif isinstance(e, flat.Unary):
+        yield from _factors(e.operand)
     else:
         yield e
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Exhausted
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import own_part, owner, point_home
@@ -248,7 +248,7 @@ def _given_up(
     if runs_away and worst:
         way = "keep what is divided by away from 0" if "/" in worst[1].text else "bound its growth"
         advice = f"`{worst[0]}` grows beyond all bounds here, a pole: end the run before, or {way}"
-    found = Diagnostic(code, message, worst[1].span if worst else None, hint=place.hint(advice))
+    found = Exhausted(code, message, worst[1].span if worst else None, hint=place.hint(advice))
     return point_home(program, found, worst[1].component if worst else "")
 
 
@@ -270,7 +270,7 @@ def _creeps(
         "smooth what jumps"
     )
     where = worst[1].span if worst else None
-    found = Diagnostic("R426", message + _moved_by(worst), where, hint=place.hint(advice))
+    found = Exhausted("R426", message + _moved_by(worst), where, hint=place.hint(advice))
     return point_home(program, found, worst[1].component if worst else "")
 
 

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Laborious, Severity
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program, Solve
@@ -132,7 +132,7 @@ class Labour:
             span = jump.info.span
         if self._fastest:
             hint += f"; the states that move fastest are {self._fastest}"
-        return Diagnostic("R427", message, span, severity, hint=hint)
+        return Laborious("R427", message, span, severity, hint=hint)
 
 
 def _around(y: Sequence[float], sizes: Sequence[float]) -> Iterator[list[float]]:

@@ -41,6 +41,8 @@ class _Pair(Data):
 
 def judge_coincident(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The warning about the first such link."""
+    if program.locked is not None:
+        return None  # such as a bar with both joints at one end: it is why, and has been told
     pairs, take = _pairs(program)
     values, at = take(kernel.w), 0
     for pair in pairs:

@@ -16,7 +16,7 @@ from planarc.core.prose import listed
 from planarc.core.unit import LOADS
 from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, owner, point_home
-from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
+from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names, too_far_apart
 from planarc.solve.messages.sides import other_side
@@ -43,11 +43,8 @@ if TYPE_CHECKING:
 
 _WORST = 3
 
-
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
-#: Share of a start value below which another one means zero.
-_SLIGHT = 1e-3
 #: Share of a free motion in the held values below which a position is called a dead centre.
 DEAD_CENTRE = 2e-2
 
@@ -220,7 +217,6 @@ def _not_assembled(
                 if twice
                 else "change a parameter, or start nearer to a solution"
             )
-            + ("" if twice or far else _largest_move(system.program, columns, root.point, u0))
             + (spare_ground(system.program) if is_loop else ""),
         ),
         worst,
@@ -338,19 +334,6 @@ def _at_home(
             message += f": at best it is off by {off}"
     told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
-
-
-def _largest_move(program: Program, columns: Sequence[int], point: Vector, u0: Vector) -> str:
-    moved = max(columns, key=lambda c: abs(point[c] - u0[c]), default=None)
-    if moved is None or abs(point[moved] - u0[moved]) < _SMALL:
-        return ""
-    near = 0.0 if abs(point[moved]) < _SLIGHT * abs(u0[moved]) else point[moved]
-    if _start(near) == _start(u0[moved]):
-        return ""
-    return (
-        f"; if they do, try `{program.candidates[moved].display}(start = {_start(near)})` "
-        f"instead of {_start(u0[moved])}"
-    )
 
 
 def _not_reachable(

@@ -26,7 +26,7 @@ from planarc.ir.mechanism import GROUND
 from planarc.ir.once import once
 from planarc.ir.places import own_part, owner
 from planarc.ir.program import Program
-from planarc.solve.start.sizes import reader_of, value_of
+from planarc.solve.start.sizes import RADIUS, reader_of, value_of
 
 #: Lengths below this one, in m, suit any mechanism.
 _PLAUSIBLE = 10.0
@@ -35,18 +35,16 @@ _FAR = 150.0
 #: The least length of a part, in m, whose inertia is looked at, and the multiple of its radius of
 #: gyration that it hardly has.
 _LONG, _THIN = 100.0, 1e3
-#: What a part with mass declares of its inertia begins so.
-_RADIUS = "radius of gyration"
 
-_Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
+Place = tuple[tuple[int, int], ...]  # slot and sign of each coordinate
 
 
 class _Ends(Data):
     """What a part holds together on one link."""
 
     part: str
-    frames: tuple[_Place, ...]
-    points: Mapping[str, _Place]  # by their names
+    frames: tuple[Place, ...]
+    points: Mapping[str, Place]  # by their names
 
 
 def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
@@ -83,7 +81,7 @@ def _thin(program: Program, kernel: Kernel, lengths: Mapping[str, float]) -> Dia
     radii = {
         d.component: value_of(read, d.value)
         for d in program.declared
-        if d.kind == "size" and d.name.startswith(_RADIUS) and isinstance(d.value, Expr)
+        if d.kind == "size" and d.name.startswith(RADIUS) and isinstance(d.value, Expr)
     }
     thin: dict[str, float] = {}
     for link in program.mechanism.links:
@@ -105,7 +103,7 @@ def _long(program: Program, kernel: Kernel, part: str, length: float, digits: in
     """How long a part is, in words; of one that is so long up to a point, with its name."""
     told = f"`{part}` is {length:.{digits}g} m long"
     own = [ends for ends in _parts(program)[0] if ends.part == part]
-    framed = max(_spread(kernel, ends.frames) for ends in own)
+    framed = max(spread(kernel, ends.frames) for ends in own)
     points = dict.fromkeys(name for ends in own for name in ends.points)
     return told if framed > length / 2 else f"{told} up to its {both([*points])}"
 
@@ -125,12 +123,12 @@ def lengths_of_parts(program: Program, kernel: Kernel) -> dict[str, float]:
     """How long the parts are, in m, by the places of their frames and points; "" is the ground."""
     lengths = dict[str, float]()
     for ends in _parts(program)[0]:
-        length = _spread(kernel, (*ends.frames, *ends.points.values()))
+        length = spread(kernel, (*ends.frames, *ends.points.values()))
         lengths[ends.part] = max(length, lengths.get(ends.part, 0.0))
     return lengths
 
 
-def _spread(kernel: Kernel, places: Iterable[_Place]) -> float:
+def spread(kernel: Kernel, places: Iterable[Place]) -> float:
     """The diagonal of the box around places."""
     at = [[sign * kernel.w[slot] for slot, sign in place] for place in places]
     return math.hypot(*(max(along) - min(along) for along in zip(*at, strict=True)))
@@ -145,8 +143,8 @@ def _parts(program: Program) -> tuple[tuple[_Ends, ...], Taker]:
     columns = {c.name: (c.slot, c.sign) for c in program.columns}
     joints = {joint.name for joint in program.mechanism.joints}
     points = _points(program, columns)
-    found: dict[tuple[int, str], list[_Place]] = {}
-    pointed: dict[tuple[int, str], dict[str, _Place]] = {}
+    found: dict[tuple[int, str], list[Place]] = {}
+    pointed: dict[tuple[int, str], dict[str, Place]] = {}
     for number, link in enumerate(program.mechanism.links):
         for frame in link.frames:
             names = [f"{frame}.r[{i}]" for i in (1, 2)]
@@ -168,14 +166,14 @@ def _parts(program: Program) -> tuple[tuple[_Ends, ...], Taker]:
 
 def _points(
     program: Program, columns: Mapping[str, tuple[int, int]]
-) -> dict[str, dict[str, _Place]]:
+) -> dict[str, dict[str, Place]]:
     """The points that each component declares that lies on one link."""
     assert program.mechanism is not None
     on: dict[str, set[int]] = {}
     for number, link in enumerate(program.mechanism.links):
         for frame in link.frames:
             on.setdefault(owner(frame), set()).add(number)
-    found: dict[str, dict[str, _Place]] = {}
+    found: dict[str, dict[str, Place]] = {}
     for declared in program.declared:
         if declared.kind != "point" or len(on.get(declared.component, ())) != 1:
             continue

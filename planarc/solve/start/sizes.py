@@ -30,8 +30,12 @@ from planarc.solve.messages.text import taker_of
 #: Lengths below this one, in m, suit any mechanism: a heavy rotor whose centre is off by little
 #: measures next to nothing by its frames.
 _PLAUSIBLE = 3.0
+#: What a part with mass declares of its inertia begins so.
+RADIUS = "radius of gyration"
 #: Multiple of the mechanism's own size that is hardly meant.
 _FAR = 20.0
+#: The same of a radius of gyration: that of a part is hardly larger than what carries it.
+_WIDE = 5.0
 #: Multiple of its length without load to which hardly anything is stretched at the start.
 _STRETCHED = 100.0
 
@@ -62,7 +66,7 @@ def _told(
     messages = [
         (d, f"has a {d.name} of {length:.3g} m, in a mechanism of {extent:.3g} m")
         for d, length in large
-        if 0 < extent < length / _FAR
+        if 0 < extent < length / (_WIDE if d.name.startswith(RADIUS) else _FAR)
     ]
     messages += [
         (d, f"is {now:.3g} m long at the start, {now / length:.3g} times its {d.name}")
