@@ -235,11 +235,15 @@ def attachment_warnings(
     if mechanism is None:
         return told
     from planarc.insight.attachment import attachment_warnings as find
+    from planarc.insight.copied import copied_connections
     from planarc.insight.massless import idle_drives
+    from planarc.insight.slipping import slipping_wheels
 
     found = find(dae, mechanism)
     loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
-    return (*found, *(() if loose else idle_drives(dae, mechanism)), *told)
+    drives = () if loose else idle_drives(dae, mechanism)
+    doubts = (*copied_connections(dae, mechanism), *slipping_wheels(dae, mechanism))
+    return (*found, *drives, *doubts, *told)
 
 
 def _held_too_often(
