@@ -141,10 +141,13 @@ def to_lead(model: FlatModel, clock: Clock | None = None) -> Program | None:
 def find_mechanism(dae: Dae) -> Mechanism | None:
     """The links and joints of a model, for insight; the run needs nothing of it."""
     from planarc.insight.attachment import locked
+    from planarc.insight.copied import find_copied
     from planarc.insight.topology import find_mechanism as find
 
     found = find(dae)
-    return None if found is None else replace(found, locked=locked(dae, found))
+    if found is None:
+        return None
+    return replace(found, locked=locked(dae, found), copied=find_copied(dae))
 
 
 def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
@@ -172,7 +175,10 @@ def to_sorted(dae: Dae, clock: Clock | None = None) -> SortedDae:
         floating = None if mechanism is None else _floating(dae, mechanism)
         if floating is not None:
             raise PlanarcError(floating) from None
-        raise type(problem)(_in_words_of_parts(dae, mechanism, problem)) from None
+        found = _in_words_of_parts(dae, mechanism, problem)
+        if mechanism is not None:
+            found = (mechanism.with_copied(found[0]), *found[1:])
+        raise type(problem)(found) from None
 
 
 def _floating(dae: Dae, mechanism: Mechanism) -> Diagnostic | None:
@@ -236,13 +242,17 @@ def attachment_warnings(
         return told
     from planarc.insight.attachment import attachment_warnings as find
     from planarc.insight.copied import copied_connections
-    from planarc.insight.massless import idle_drives
+    from planarc.insight.massless import idle_drives, stopped_alone
     from planarc.insight.slipping import slipping_wheels
+    from planarc.insight.unsprung import unsprung_bodies
 
     found = find(dae, mechanism)
     loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
-    drives = () if loose else idle_drives(dae, mechanism)
-    doubts = (*copied_connections(dae, mechanism), *slipping_wheels(dae, mechanism))
+    drives = [] if loose else [*idle_drives(dae, mechanism)]
+    if not (loose or drives):
+        drives += stopped_alone(dae, mechanism)
+    doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
+    doubts = doubts or tuple(unsprung_bodies(dae, mechanism))
     return (*found, *drives, *doubts, *told)
 
 
@@ -276,7 +286,8 @@ def _held_too_often(
     if mechanism.mobility == 0 and mechanism.locked is not None and isinstance(first, Overdone):
         # What is driven besides cannot be.
         locked = mechanism.locked
-        told = (*locked.related, Related(first.message), *first.related)
+        others = (Related(first.message), *first.related)
+        told = (*locked.related, *(replace(r, detail=True) for r in others))
         driven = f"{locked.message}, so that nothing can be driven"
         return (replace(first, message=driven, hint=locked.hint, related=told), *found[1:])
     if mechanism.mobility >= 0:

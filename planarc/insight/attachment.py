@@ -27,13 +27,14 @@ from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, find_pins, grouped, owner
 from planarc.insight.facts import count_text
-from planarc.insight.idle import carries_nothing, idle_parts, spare_ground
+from planarc.insight.idle import carries_nothing, find_elements, idle_parts, spare_ground
 from planarc.insight.sensors import find_sensors
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, postorder
 from planarc.ir.flat import Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
+from planarc.ir.places import is_own
 
 _SHOWN = 6
 _STANDING = "the world or to a part that stands on it"
@@ -272,11 +273,27 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         place(dae, _part((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),
         Severity.NOTE if standing else Severity.WARNING,
         hint=hint,
-        related=tuple(
-            Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
-            for a, b in (() if pair else welds[:3])
+        related=(
+            *(
+                Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
+                for a, b in (() if pair else welds[:3])
+            ),
+            *(() if pair or welds else _fastened(dae, mechanism, rigid)),
         ),
     )
+
+
+def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[Related]:
+    """The connections by which two parts with mass are one link of a loop of three joints."""
+    near = {i for j in mechanism.joints if _part(j.name) in loop for i in j.links} - {GROUND}
+    frames = {f for i in near for f in mechanism.links[i].frames}
+    heavy = find_moving(dae) - {*find_elements(dae), *(j.name for j in mechanism.joints)}
+    for connect in dae.connects:
+        ends = connect.left, connect.right
+        masses = [any(_part(m) == owner(n) for m in heavy) for n in ends]
+        if is_own(dae, connect.span) and all(masses) and frames.issuperset(ends):
+            message = f"{both(map(owner, ends))} are fastened to each other here"
+            yield Related(message, connect.span)
 
 
 def changes(dae: Dae) -> bool:

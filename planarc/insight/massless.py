@@ -121,6 +121,22 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             )
 
 
+def stopped_alone(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """The warning about a joint behind which nothing has a mass, beside stops or contacts of it:
+    these fit the equations while they touch, and leave the motion open where they do not."""
+    contacts = {p.name for p in dae.parts if ".Contacts." in p.class_name}
+    driven = {owner(v.name).removesuffix(".axis") for v in dae.variables if ".axis." in v.name}
+    driven -= {*mechanism.passive}
+    for link in _links(dae, mechanism) if contacts else ():
+        joint, ends = link.joints[0] if link.joints else "", {*map(owner, link.frames)}
+        beside = ends & contacts
+        others = ends - contacts - {joint} - {*link.rigid}
+        if len(link.joints) == 1 and beside and not (link.heavy or others or joint in driven):
+            found = _unloaded(dae, mechanism, joint, link.frames)
+            bar = f", or make `{link.rigid[0]}` a `BodyShape`" if link.rigid else ""
+            yield replace(found, code="S323", severity=Severity.WARNING, hint=f"{found.hint}{bar}")
+
+
 def _driven(joined: Iterable[Sequence[str]], drives: Collection[str]) -> dict[str, str]:
     """The drive that each part is connected to."""
     return {n: d for names in joined for n in names for d in names if d in drives and d != n}

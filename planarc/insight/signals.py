@@ -5,7 +5,7 @@ Out:  warnings S324
 
 A source has numbers without a unit, so that nothing else tells what was meant. Only such a number
 is doubted that people write in degrees or rpm, and only that of a source that is connected
-directly.
+directly, or to a controller that compares it with what is measured in radian.
 
 Example: `Ramp ramp(height=90)` at the input `phi_ref` of a drive, which makes 14 turns of it.
 """
@@ -27,8 +27,13 @@ _INPUT = re.compile(r"\.u(\d+|_\w+)?(\[\d+\])?$")
 _DEGREES = (45, 90, 135, 180, 270, 360)
 
 
+#: The two inputs of blocks that take a difference.
+_COMPARED = {"u1": "u2", "u2": "u1", "u_s": "u_m", "u_m": "u_s"}
+
+
 def find_misread(dae: Dae) -> Iterator[Diagnostic]:
     units = {v.name: v.unit for v in dae.variables}
+    units |= _compared(dae, units)
     taking = {owner(v.name) for v in dae.variables if _INPUT.search(v.name)}
     told: set[str] = set()
     for equation in dae.equations:
@@ -58,6 +63,25 @@ def find_misread(dae: Dae) -> Iterator[Diagnostic]:
                     f"`{parameter.name.rpartition('.')[2]}`",
                 )
                 break
+
+
+def _compared(dae: Dae, units: Mapping[str, str]) -> dict[str, str]:
+    """The units of what is measured, for the inputs with which controllers compare it."""
+    controllers = {p.name for p in dae.parts if p.class_name.endswith(_CONTROLLERS)}
+    found: dict[str, str] = {}
+    for equation in dae.equations if controllers else ():
+        ends = equation.left, equation.right
+        if not (equation.generated and all(end.is_symbol for end in ends)):
+            continue
+        for end, other in (ends, ends[::-1]):
+            block, _, name = end.name.rpartition(".")
+            unit = units.get(other.name, "")
+            if block in controllers and name in _COMPARED and unit in _LOOKS:
+                found[f"{block}.{_COMPARED[name]}"] = unit
+    return found
+
+
+_CONTROLLERS = (".Feedback", ".LimPID")
 
 
 def _number(p: Parameter) -> float | None:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Related
 
 #: The number of the link that does not move.
 GROUND = 0
@@ -43,6 +45,7 @@ class Mechanism(Data):
     """`links[0]` is the ground, present or not. Links that nothing holds are listed, too.
 
     `locked` is what to say if it turns out that nothing moves; None where by count something does.
+    `copied` is a connection that may have been copied, to be told where something is wrong.
     `bridged` are joints whose frames other parts hold together; `passive` are those with flanges
     that nothing drives. `inside` are components that hold nothing, between two frames of one link;
     `standing` are frames that their own components hold, as that of the world; `spare` are
@@ -57,6 +60,15 @@ class Mechanism(Data):
     inside: tuple[str, ...] = ()
     standing: tuple[str, ...] = ()
     spare: tuple[str, ...] = ()
+    copied: Diagnostic | None = None
+
+    def with_copied(self, found: Diagnostic) -> Diagnostic:
+        """A message about joints, with the connection that may be why."""
+        if self.copied is None:
+            return found
+        note = Related(self.copied.message, self.copied.span)
+        related = (note, *self.copied.related, *found.related)
+        return replace(found, hint=self.copied.hint, related=related)
 
     @property
     def bodies(self) -> int:

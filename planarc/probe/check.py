@@ -163,7 +163,10 @@ def _put_together(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -
         try:
             opened.start()
         except Redundant as problem:
-            redundant = replace(problem.diagnostics[0], severity=Severity.WARNING)
+            redundant = problem.diagnostics[0]
+            if mechanism is not None:
+                redundant = mechanism.with_copied(redundant)
+            redundant = replace(redundant, severity=Severity.WARNING)
         except PlanarcError as problem:
             from planarc.solve.simulate import with_reason
 

@@ -82,15 +82,20 @@ def _blame_parameters(program: Program, kernel: Kernel, request: Request) -> Non
 def with_reason(
     problem: PlanarcError, program: Program, doubt: Diagnostic | None = None
 ) -> PlanarcError:
-    """The problem, and why: what a component warns of its parameters, or that nothing moves."""
-    lock = doubt or program.locked
-    if lock is None and program.mechanism is not None:
-        lock = program.mechanism.locked
-    if lock is None:
-        return problem
+    """The problem, and why: what a component warns of its parameters, a connection that may have
+    been copied, or that nothing moves."""
+    from planarc.solve.start.redundancy import Redundant
     from planarc.solve.start.refused import NotAssembled
 
-    if not isinstance(problem, NotAssembled):
+    mechanism = program.mechanism
+    if doubt is None and mechanism is not None and isinstance(problem, NotAssembled | Redundant):
+        first, *others = problem.diagnostics
+        if (told := mechanism.with_copied(first)) is not first:
+            return type(problem)((told, *others))
+    lock = doubt or program.locked
+    if lock is None and mechanism is not None:
+        lock = mechanism.locked
+    if lock is None or not isinstance(problem, NotAssembled):
         return problem
     first, *others = problem.diagnostics
     if lock in (doubt, program.locked) or first.code == "R411":  # nothing is wrong with the start

@@ -264,8 +264,12 @@ def _unreadable(
     given = [(c, text) for c, text in zip(coordinates, texts, strict=True) if text is not None]
     if not given:
         return problem
-    listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
     first = problem.diagnostics[0]
+    named = re.search(r"`(\w+)`", first.message)
+    if named and len(given) > 1:  # of several texts, those that hold what is wrong
+        word = rf"(?<![\w.]){re.escape(named[1])}(?!\w)"
+        given = [(c, text) for c, text in given if re.search(word, text)] or given
+    listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
     reason = first.message.removesuffix(f" in `{NAME}`")
     hint = first.hint
     if any(re.search(r"(?<![A-Za-z_.])t(?!\w)", text) for _, text in given):

@@ -230,8 +230,9 @@ class Checker(Struct):
     ) -> Known:
         first = _PLAIN if left is None and is_plain_number(e.left) else left
         second = _PLAIN if right is None and is_plain_number(e.right) else right
-        if e.op in ("/", "./") and right is None:
-            second = None  # `time/2` may well mean two seconds
+        product = isinstance(e.left, flat.Binary) and e.left.op in ("*", ".*")
+        if e.op in ("/", "./") and right is None and not product:
+            second = None  # `time/2` may well mean two seconds, `m*v^2/2` hardly
         if first == second == _PLAIN and (left is None or right is None):
             return None  # and `2*sin(phi)` two newtons
         if first is None or second is None or is_plain_number(e):

@@ -5,7 +5,7 @@ The file is long because a start fails in several ways, and each message asks th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from operator import add
 from typing import TYPE_CHECKING
 
@@ -15,10 +15,16 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
 from planarc.core.unit import LOADS
 from planarc.ir.dae import MISFIT
-from planarc.ir.places import declaration, is_own, own_names, owner, point_home
-from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot
+from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
+from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
-from planarc.solve.messages.loops import given_in_loop, is_closed, loop_names, too_far_apart
+from planarc.solve.messages.loops import (
+    given_in_loop,
+    is_closed,
+    lengths_in_loop,
+    loop_names,
+    too_far_apart,
+)
 from planarc.solve.messages.sides import other_side
 from planarc.solve.start import newton
 from planarc.solve.start.apart import squares_apart, unit_of, units_in
@@ -45,6 +51,8 @@ _WORST = 3
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
+#: A bar that is shorter by so many times than the next one of its loop may be a slip.
+_SHORT = 3.0
 #: Share of a free motion in the held values below which a position is called a dead centre.
 DEAD_CENTRE = 2e-2
 
@@ -332,7 +340,7 @@ def _at_home(
             message += f": its ends stay {apart} apart"
         else:
             message += f": at best it is off by {off}"
-    told = replace(found, message=message, span=span, related=related)
+    told = replace(found, message=message, span=span, related=(*found.related, *related))
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
 
 
@@ -366,9 +374,13 @@ def _not_reachable(
     moving = are_velocities(program, columns)
     near = None if moving else weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
+    related: tuple[Related, ...] = ()
     if not moving and len(kept) == 1:
         around = [owner(kept[0].display)]
         length += other_side(program, system.kernel, around, values[0], reached[0])
+        parts = _parts(system, rows, columns, root.residuals)
+        lengths = lengths_in_loop(program, system.kernel, parts)
+        related = _much_shorter(program, lengths, around[0])
     return _at_home(
         system,
         root,
@@ -385,6 +397,25 @@ def _not_reachable(
             f"{'can' if moving else 'assembles'}, or change {length}"
             if kept
             else "change the start values towards an assembled position",
+            related=related,
         ),
         worst,
     )
+
+
+def _much_shorter(
+    program: Program, lengths: Mapping[str, float], turned: str
+) -> tuple[Related, ...]:
+    """The note about a bar that is much shorter than all others of its loop, and no crank, which
+    the joint that is `turned` carries."""
+    shortest, *others = sorted(lengths, key=lambda name: lengths[name]) or [""]
+    if len(others) < 2 or _SHORT * lengths[shortest] > lengths[others[0]]:
+        return ()
+    mechanism, part = program.mechanism, own_part(program, shortest)
+    joint = next((j for j in mechanism.joints if j.name == turned), None) if mechanism else None
+    links = [mechanism.links[i] for i in joint.links] if mechanism and joint else []
+    if part is None or any(owner(frame) == shortest for link in links for frame in link.frames):
+        return ()
+    told = listed(f"`{name}` {lengths[name]:.4g} m" for name in others)
+    message = f"`{shortest}` is {lengths[shortest]:.4g} m long, and {told}: is it too short?"
+    return (Related(message, part.span),)
