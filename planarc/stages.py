@@ -243,14 +243,15 @@ def attachment_warnings(
     from planarc.insight.attachment import attachment_warnings as find
     from planarc.insight.copied import copied_connections
     from planarc.insight.massless import idle_drives, stopped_alone
+    from planarc.insight.open_ends import bare_joints
     from planarc.insight.slipping import slipping_wheels
     from planarc.insight.unsprung import unsprung_bodies
 
     found = find(dae, mechanism)
     loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
-    drives = [] if loose else [*idle_drives(dae, mechanism)]
-    if not (loose or drives):
-        drives += stopped_alone(dae, mechanism)
+    drives = [] if loose else [*bare_joints(dae, mechanism)]
+    for find_drives in (idle_drives, stopped_alone):
+        drives += () if loose or drives else find_drives(dae, mechanism)
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
     doubts = doubts or tuple(unsprung_bodies(dae, mechanism))
     return (*found, *drives, *doubts, *told)
@@ -288,7 +289,7 @@ def _held_too_often(
         locked = mechanism.locked
         others = (Related(first.message), *first.related)
         told = (*locked.related, *(replace(r, detail=True) for r in others))
-        driven = f"{locked.message}, so that nothing can be driven"
+        driven = f"{locked.message}{', so that nothing can be driven' if dae.drives else ''}"
         return (replace(first, message=driven, hint=locked.hint, related=told), *found[1:])
     if mechanism.mobility >= 0:
         holders = first.holders if isinstance(first, Overdone) else ()

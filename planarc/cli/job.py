@@ -130,13 +130,16 @@ class Run:
         outcome.states = result.states[-1].states if result.states else ()
         outcome.rows = len(result.time)
         # What explains that something grows without end is told once.
-        reason = next((d for d in outcome.diagnostics if isinstance(d, Repelling)), None)
+        every = (*outcome.diagnostics, *result.warnings)
+        repelling = next((d for d in every if isinstance(d, Repelling)), None)
+        reason = repelling or next((d for d in every if isinstance(d, Runaway)), None)
         told = any(d.severity is Severity.WARNING for d in outcome.diagnostics)
-        known = ((Runaway,) if reason else ()) + ((Still,) if told else ())
+        known = ((Runaway,) if repelling else ()) + ((Still,) if told else ())
         warnings = [w for w in result.warnings if not isinstance(w, known)]
         ended = result.ended
         if reason is not None and isinstance(ended, Exhausted):
             outcome.diagnostics = tuple(d for d in outcome.diagnostics if d is not reason)
+            warnings = [w for w in warnings if w is not reason]
             place = Related(reason.message, reason.span)
             related = (place, *reason.related, *ended.related)
             ended = replace(ended, hint=reason.hint, related=related)

@@ -114,6 +114,10 @@ class Still(Diagnostic):
     """That nothing moves in a run, which what else is told may explain."""
 
 
+class Massless(Diagnostic):
+    """That nothing has a mass behind a joint, which may be why no start is found."""
+
+
 class Runaway(Diagnostic):
     """A motion that grows beyond all bounds."""
 
@@ -199,6 +203,9 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
             errors[at] = replace(errors[at], related=related)
         elif at is not None and w.span is not None:
             errors[at] = replace(errors[at], hint=f"mend `{w.span.text}` first: {w.message}")
+        elif isinstance(w, Massless) and errors and errors[0].code.startswith("R41"):
+            related = (*errors[0].related, Related(w.message, w.span))
+            errors[0] = replace(errors[0], hint=w.hint or errors[0].hint, related=related)
         else:
             others.append(w)
     return (*others, *errors)

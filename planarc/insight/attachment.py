@@ -37,6 +37,8 @@ from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import is_own
 
 _SHOWN = 6
+#: What rolls on the ground without a joint of its own.
+ROLLING = ("RollingWheel", "RollingJoint")
 _STANDING = "the world or to a part that stands on it"
 #: What lets an equation change while nothing moves freely.
 _CHANGING = (Op.TIME, Op.PRE, Op.EVENT, Op.PAST)
@@ -252,7 +254,9 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
         hint += "rigid: put a fourth joint between two of its parts, unless a structure is meant"
     if welds:
-        hint = f"put a joint between {'them' if len(welds) == 1 else 'one pair'}, "
+        wheels = [a for pair in welds for a in pair if _part(a) in _rolling(dae)]
+        pairs = "them" if len(welds) == 1 else "each pair" if len(wheels) > 1 else "one pair"
+        hint = f"put a joint between {pairs}, "
         if rigid:
             hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
@@ -275,12 +279,23 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         hint=hint,
         related=(
             *(
-                Related(f"`{a}` and `{b}` are connected without a joint", place(dae, _part(b)))
+                Related(f"`{a}` and `{b}` are connected without a joint", _connected_at(dae, a, b))
                 for a, b in (() if pair else welds[:3])
             ),
             *(() if pair or welds else _fastened(dae, mechanism, rigid)),
         ),
     )
+
+
+def _connected_at(dae: Dae, one: str, two: str) -> Span | None:
+    """Where the user connects two frames, else where the second one's part is declared."""
+    here = (c.span for c in dae.connects if {c.left, c.right} == {one, two})
+    return next((s for s in here if is_own(dae, s)), place(dae, _part(two)))
+
+
+def _rolling(dae: Dae) -> set[str]:
+    """The wheels that roll on the ground without a joint of their own."""
+    return {p.name for p in dae.parts if p.class_name.endswith(ROLLING)}
 
 
 def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[Related]:

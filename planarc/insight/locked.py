@@ -18,12 +18,13 @@ parts may stand still.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import combinations
 
 from planarc.core.diagnostic import Bound, Locked, Severity
 from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
+from planarc.insight.attachment import ROLLING
 from planarc.insight.connectors import find_pins, grouped
 from planarc.insight.misfit import find_loop
 from planarc.insight.sensors import zeros
@@ -206,8 +207,10 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
     }
     found = moving & owners.keys() - free
     held = [n for n in own_names(dae, sorted(found)) if n not in holders]
-    if not held or not holders:  # no part of the user's
+    if not holders:  # no part of the user's
         return None
+    if not held:
+        return _hold_each_other(dae, own_names(dae, sorted(found)))
     part = own_part(dae, holders[-1])
     several, by = len(holders) > 1, listed(f"`{n}`" for n in holders)
     what = listed(f"`{n}`" for n in held)
@@ -218,4 +221,21 @@ def _told(model: SortedDae, block: Block, loose: Collection[str]) -> Locked | No
         part.span if part else dae.span,
         Severity.WARNING,
         hint=f"{hint}, unless a structure is meant",
+    )
+
+
+def _hold_each_other(dae: Dae, names: Sequence[str]) -> Locked | None:
+    """The warning about parts that are held by what they say themselves, as two wheels that roll
+    and are fixed to one chassis."""
+    rolling = {p.name for p in dae.parts if p.class_name.endswith(ROLLING)}
+    wheels = [n for n in names if n in rolling]
+    part = own_part(dae, wheels[0]) if wheels else None
+    if part is None:
+        return None
+    return Bound(
+        "S322",
+        f"{listed(f'`{n}`' for n in names)} cannot move: they hold each other",
+        part.span,
+        Severity.WARNING,
+        hint="put a hinge between each wheel and what it carries",
     )

@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Massless, Severity
 from planarc.core.prose import be, both, listed, shortened
 from planarc.insight.attachment import find_floating, hang, open_apart, place, replacing
 from planarc.insight.connectors import FRAME, owner
@@ -123,18 +123,21 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
 
 def stopped_alone(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     """The warning about a joint behind which nothing has a mass, beside stops or contacts of it:
-    these fit the equations while they touch, and leave the motion open where they do not."""
+    these fit the equations while they touch, and leave the motion open where they do not. A note
+    where there are springs or dampers, by which it may be in balance."""
     contacts = {p.name for p in dae.parts if ".Contacts." in p.class_name}
     driven = {owner(v.name).removesuffix(".axis") for v in dae.variables if ".axis." in v.name}
     driven -= {*mechanism.passive}
-    for link in _links(dae, mechanism) if contacts else ():
+    elements = {*find_elements(dae)}
+    for link in _links(dae, mechanism):
         joint, ends = link.joints[0] if link.joints else "", {*map(owner, link.frames)}
-        beside = ends & contacts
-        others = ends - contacts - {joint} - {*link.rigid}
+        beside = ends & (contacts | elements)
+        others = ends - contacts - elements - {joint} - {*link.rigid}
         if len(link.joints) == 1 and beside and not (link.heavy or others or joint in driven):
             found = _unloaded(dae, mechanism, joint, link.frames)
             bar = f", or make `{link.rigid[0]}` a `BodyShape`" if link.rigid else ""
-            yield replace(found, code="S323", severity=Severity.WARNING, hint=f"{found.hint}{bar}")
+            sure = Severity.NOTE if beside - contacts else Severity.WARNING
+            yield Massless("S323", found.message, found.span, sure, hint=f"{found.hint}{bar}")
 
 
 def _driven(joined: Iterable[Sequence[str]], drives: Collection[str]) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 In:   Dae, Mechanism (None where there are no frames); the unknowns that nothing determines, and
       the parts whose signals determine nothing
-Out:  a message S303, or None
+Out:  a message S303, or None; warnings S323 where the equations fit all the same
 
 Example: of `connect(motor.flange, hinge.axis)` forgotten, `motor.flange` is connected to nothing.
 Of a hinge whose two neighbours are both connected to its `frame_b`, one belongs to `frame_a`.
@@ -10,16 +10,16 @@ Of a hinge whose two neighbours are both connected to its `frame_b`, one belongs
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import be, both, shortened
 from planarc.insight.attachment import open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, owner
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
-from planarc.ir.mechanism import Mechanism
+from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import is_own, own_part
 
 _SHOWN = 4
@@ -55,13 +55,8 @@ def left_open(
         joined = f"`{free}`, which is open too" if free else "a part that it moves or stands on"
     hint = f"connect `{ends[0]}` to {joined}, or leave `{first}` out"
     related: tuple[Related, ...] = ()
-    both_there = _at_the_other_end(dae, ends[0])
-    if len(ends) == 1 and len(both_there) > 1 and "open too" not in joined:
-        others = [c.right if owner(c.left) == first else c.left for c in both_there]
-        there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == first)
-        hint = f"{both(others)} are both connected to `{there}`: connect one of them to "
-        hint += f"`{ends[0]}` instead"
-        related = (Related("the second of them", both_there[-1].span),)
+    if len(ends) == 1 and "open too" not in joined:
+        hint, related = _instead(dae, ends[0], hint)
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
@@ -69,6 +64,40 @@ def left_open(
         hint=hint,
         related=related,
     )
+
+
+def bare_joints(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """The warnings about joints with a flange that carry nothing: what drives them moves nothing of
+    the mechanism, though the equations fit."""
+    connected = {name for names in dae.connections if len(names) > 1 for name in names}
+    flanges = {n for n in connected if n.endswith(".axis")}
+    ground = set(mechanism.links[GROUND].frames)
+    for joint in mechanism.joints:
+        ends = [f for f in joint.frames if f.count(".") == 1 and f not in connected]
+        if len(ends) != 1 or f"{joint.name}.axis" not in flanges or ends[0] in ground:
+            continue
+        hint = f"connect `{ends[0]}` to a body with mass"
+        hint, related = _instead(dae, ends[0], hint)
+        yield Diagnostic(
+            "S323",
+            f"`{ends[0]}` is connected to nothing, so that `{joint.name}` moves nothing",
+            place(dae, joint.name),
+            Severity.WARNING,
+            hint=hint,
+            related=related,
+        )
+
+
+def _instead(dae: Dae, end: str, hint: str) -> tuple[str, tuple[Related, ...]]:
+    """What to do about an open end where two parts are connected to the other one, else `hint`;
+    and where the second of these is connected."""
+    both_there, part = _at_the_other_end(dae, end), owner(end)
+    if len(both_there) < 2:
+        return hint, ()
+    others = [c.right if owner(c.left) == part else c.left for c in both_there]
+    there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == part)
+    hint = f"{both(others)} are both connected to `{there}`: connect one of them to `{end}` instead"
+    return hint, (Related("the second of them", both_there[-1].span),)
 
 
 def _at_the_other_end(dae: Dae, end: str) -> list[Connect]:

@@ -7,8 +7,10 @@ whatever else it does.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import Enum
 
+from planarc.ir.once import once
 from planarc.ir.program import Program
 
 #: Steps of the first march, and of the first after a restart, where relations may switch at once.
@@ -66,6 +68,25 @@ class Effort:
         part = way / (self._span or math.inf)
         limits = ((CREEP_PART, Pace.CREEPING), (ABSURD_PART, Pace.ABSURD), (LONG_PART, Pace.LONG))
         return next((pace for limit, pace in limits if part <= limit), Pace.ORDINARY)
+
+
+#: A speed, in m/s or rad/s, that no mechanism has.
+_NO_SPEED = 1e6
+
+
+def runs_away(program: Program, selection: Sequence[int], y: Sequence[float]) -> bool:
+    """Whether a speed among the states is beyond all bounds: where its steps are absurdly short,
+    too, what comes of it is not worth them."""
+    speeds = _speeds(program)
+    return any(abs(v) > _NO_SPEED and i in speeds for i, v in zip(selection, y, strict=False))
+
+
+@once
+def _speeds(program: Program) -> frozenset[int]:
+    """The candidates for states that are speeds."""
+    units = {c.slot: c.unit for c in program.columns}
+    named = enumerate(program.candidates)
+    return frozenset(i for i, c in named if units.get(c.slot) in ("m/s", "rad/s"))
 
 
 def most_steps(program: Program, native: bool) -> int:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from planarc.ir.expr import Expr, Op
 from planarc.ir.result import EventRecord, Result, Statistics
 from planarc.solve.begun import Begun
-from planarc.solve.effort import Pace
+from planarc.solve.effort import Pace, runs_away
 from planarc.solve.events.chatter import CHATTER_TIME
 from planarc.solve.events.delays import jumped
 from planarc.solve.events.instants import room, same
@@ -90,8 +90,9 @@ class Run(Begun):
         """End a run that creeps, and note what one may warn of."""
         t, y, tolerance = self.integrator.t, self.integrator.y, self.request.tolerance
         pace = self.effort.pace(way)
-        if pace is Pace.CREEPING:  # it may be up to where a solution ends
-            if self._leap(t, y, self.kernel.outputs(t, y) == 0):
+        away = pace is Pace.ABSURD and runs_away(self.program, self.states.selection, y)
+        if pace is Pace.CREEPING or away:  # it may be up to where a solution ends
+            if not away and self._leap(t, y, self.kernel.outputs(t, y) == 0):
                 self.effort.restart()
                 return
             self.ended = self._stopped(t, y, Cause.STEP, way=way)

@@ -160,6 +160,8 @@ def no_match(kind: str, only: re.Pattern[str], names: Iterable[str] = ()) -> Usa
     plain = only.pattern.replace("\\", "").strip("^$")
     if meant := [n for n in names if small.search(n)]:
         hint = f"did you mean {either(meant[:MOST])}? Capitals count"
+    elif "," in plain and all(n.strip() in names for n in plain.split(",")):
+        hint = f"give one regular expression: `{'|'.join(map(str.strip, plain.split(',')))}`"
     elif meant := [n for n in names if plain in n]:
         hint = f"for {either(meant[:MOST])}, write `{re.escape(meant[0])}`"
     elif (near := did_you_mean(plain, names)) is not None:

@@ -49,16 +49,20 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
         for end, other in (sides, sides[::-1]):
             if _is(end.node, syntax.Causality.INPUT) and _is(other.node, syntax.Causality.OUTPUT):
                 given[end.name] = (connection, other.name, _class_of(other.node))
-    for name, (connection, sensor, kind) in given.items():
+    for name, (connection, *_) in given.items():
         is_difference = name.endswith(_ADDED)
         first, second = (_ADDED, _SUBTRACTED) if is_difference else (_SET, _MEASURED)
         block = name.removesuffix(first)
-        measured = given.get(f"{block}{second}") if block != name else None
-        if measured is None or _SENSORS not in kind or _SOURCES not in measured[2]:
+        measured = f"{block}{second}"
+        if block == name or measured not in given:
+            continue
+        sensor, kind = _origin(name, given, session)
+        source, other_kind = _origin(measured, given, session)
+        if _SENSORS not in kind or _SOURCES not in other_kind:
             continue
         if is_difference and not _acts_the_same_way(block, connections, given, session):
             continue
-        place, source, _ = measured
+        place, (_, to_set, _), (_, to_measure, _) = given[measured][0], given[measured], given[name]
         session.warnings.append(
             Repelling(
                 "F336",
@@ -66,11 +70,25 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
                 f"`{source}` for the measured one: it drives away from where it is to go",
                 connection.span,
                 Severity.WARNING,
-                hint=f"exchange them: write `connect({sensor}, {block}{second});` and "
-                f"`connect({source}, {name});`",
+                hint=f"exchange them: write `connect({to_measure}, {measured});` and "
+                f"`connect({to_set}, {name});`",
                 related=(Related("the other one", place.span),),
             )
         )
+
+
+def _origin(
+    name: str, given: Mapping[str, tuple[Connection, str, str]], session: Session
+) -> tuple[str, str]:
+    """What gives an input its value, and its class, beyond blocks that keep its sign."""
+    _, output, kind = given[name]
+    for _ in range(_MOST):
+        block = output.removesuffix(_GIVEN)
+        keeps = kind.startswith(_KEEPING) and _is_positive(f"{block}.k", session)
+        if not keeps or f"{block}.u" not in given:
+            break
+        _, output, kind = given[f"{block}.u"]
+    return output, kind
 
 
 def _acts_the_same_way(

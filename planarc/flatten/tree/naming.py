@@ -278,7 +278,10 @@ def names_in_sight(scope: Scope) -> list[str]:
     while current is not None:
         names += sorted(current.part.visible)
         for clause in current.part.imports:
-            names += clause.names or ([] if clause.wildcard else [clause.alias or clause.path[-1]])
+            if clause.wildcard:
+                names += scope.session.library.class_names(".".join(clause.path))
+            else:
+                names += clause.names or [clause.alias or clause.path[-1]]
         for entry in current.part.entries:
             names += entry.child_names()
         current = None if current.part.definition.encapsulated else current.parent

@@ -237,6 +237,8 @@ class Checker(Struct):
             return None  # and `2*sin(phi)` two newtons
         if first is None or second is None or is_plain_number(e):
             return None
+        if e.op in ("*", ".*") and _is_one(e.left):
+            return None  # nobody writes a factor of 1 but as the value of a gain
         return join(first, second)
 
     def power(self, base: Known, exponent: flat.Expression) -> Known:
@@ -456,13 +458,21 @@ def _factors(e: flat.Expression) -> Iterator[flat.Expression]:
         yield e
 
 
+def _is_one(e: flat.Expression) -> bool:
+    """Whether a number is 1, with either sign."""
+    e = e.operand if isinstance(e, flat.Unary) else e
+    return isinstance(e, flat.Literal) and not isinstance(e.value, str) and abs(e.value) == 1
+
+
 def _has_gain(term: flat.Expression) -> bool:
     """Whether a number stands before one variable, as the gain of a controller, which may have any
     unit."""
     if not isinstance(term, flat.Binary) or term.op not in ("*", ".*"):
         return False
     gain = term.left.operand if isinstance(term.left, flat.Unary) else term.left
-    return isinstance(gain, flat.Literal) and not isinstance(term.right, flat.Binary)
+    right = term.right
+    sum_of_two = isinstance(right, flat.Binary) and right.op in ("+", "-", ".+", ".-")
+    return isinstance(gain, flat.Literal) and (sum_of_two or not isinstance(right, flat.Binary))
 
 
 _USUAL = ("deg", "mm", "cm", "km", "km/h", "g", "min", "h", "rpm", "bar")

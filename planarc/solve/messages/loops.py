@@ -112,10 +112,10 @@ def too_far_apart(
     components: Collection[str],
     open_at: str,
     gap: Sequence[float],
-) -> str:
+) -> tuple[str, str]:
     """A sentence about the longest bar of a loop of pins, or its bearings on the ground, where all
-    other bars together do not reach from one end to the other; empty where they do, or where a
-    link is more than one bar.
+    other bars together do not reach from one end to the other, and the name of that bar; empty
+    where they do, or where a link is more than one bar.
 
     The workspace is where the loop is nearly as closed as can be; the bar that is `open_at` is seen
     longer or shorter by the `gap`, in m along both axes.
@@ -124,7 +124,7 @@ def too_far_apart(
     joints = list({j.name: j for j in loop_joints(program, components)}.values())
     at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
     if mechanism is None or not all(_is_pin(j, at) for j in joints):
-        return ""
+        return "", ""
     lengths: dict[str, float] = {}
     for number in {i for j in joints for i in j.links}:
         link = mechanism.links[number]
@@ -138,7 +138,7 @@ def too_far_apart(
             bars = own_names(program, (f.rpartition(".")[0] for f in frames))
         known = [(at[f"{f}.r[1]"], at[f"{f}.r[2]"]) for f in frames if f"{f}.r[2]" in at]
         if len(known) != 2 or len(ends) != 2 or (number != GROUND and len(bars) != 1):
-            return ""
+            return "", ""
         (x, y), (u, v) = known
         dx, dy = gap[:2] if bars == [open_at] and len(gap) > 1 else (0.0, 0.0)
         lengths[both(bars)] = min(math.hypot(u - x - s * dx, v - y - s * dy) for s in (1, -1))
@@ -146,10 +146,11 @@ def too_far_apart(
     others = [name for name in lengths if name != longest]
     length, reach = lengths.get(longest, 0.0), sum(lengths[name] for name in others)
     if not others or length <= reach * (1 + _IN_LINE):
-        return ""
+        return "", ""
     verb, what = ("are", "apart") if " and " in longest else ("is", "long")
     along = [f"the way from {o.replace(' and ', ' to ')}" if " and " in o else o for o in others]
-    return f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
+    told = f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
+    return told, longest.strip("`")
 
 
 def _reaches(bar: str, link: Link, ends: Collection[str], at: Mapping[str, float]) -> bool:
@@ -183,6 +184,21 @@ def _bearings(
         near = (f for f in parts if math.dist(here, (at[f"{f}.r[1]"], at[f"{f}.r[2]"])) < 1e-9)
         found.extend([f for f in near if f not in found][:1])
     return found
+
+
+def bearings_of_loop(program: Program, kernel: Kernel, components: Collection[str]) -> list[str]:
+    """The user's parts on the ground on which a loop stands, but for the world."""
+    mechanism = program.mechanism
+    if mechanism is None:
+        return []
+    ground = mechanism.links[GROUND]
+    at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+    joints = loop_joints(program, components)
+    ends = {f for j in joints for f in j.frames if f in ground.frames}
+    found = _bearings(ground, ends, at, {j.name for j in mechanism.joints})
+    names = own_names(program, (f.rpartition(".")[0] for f in found))
+    inner = {p.name for p in program.parts if p.inner}
+    return [name for name in names if name not in inner]
 
 
 def is_closed(program: Program, components: Collection[str]) -> bool:

@@ -19,6 +19,7 @@ from planarc.ir.places import declaration, is_own, own_names, own_part, owner, p
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import (
+    bearings_of_loop,
     given_in_loop,
     is_closed,
     lengths_in_loop,
@@ -191,7 +192,7 @@ def _not_assembled(
     given = given_in_loop(system.program, system.kernel, parts) if is_loop else ""
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
-    far = _too_far(system, root, parts, worst) if is_loop and not given else ""
+    far, longest = _too_far(system, root, parts, worst) if is_loop and not given else ("", "")
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
@@ -214,12 +215,13 @@ def _not_assembled(
         Diagnostic(
             "R412",
             f"the loop of {loop} cannot be assembled{turned}" if is_loop else what,
+            part.span if (part := own_part(system.program, longest)) else None,
             hint=(
                 f"change a length: {far}"
                 if far
                 else "check what is given, and lengths: the parts do not reach each other"
                 if given
-                else "check lengths: the parts do not reach each other"
+                else f"check lengths{_and_places(system, parts)}: the parts do not reach each other"
                 if is_loop
                 else "leave out what holds the same motion twice, such as a second gear"
                 if twice
@@ -231,15 +233,24 @@ def _not_assembled(
     )
 
 
+def _and_places(system: System, parts: Sequence[str]) -> str:
+    """The parts on the ground whose places a loop depends on, as a text to add."""
+    names = bearings_of_loop(system.program, system.kernel, parts)
+    if not names:
+        return ""
+    return f", and the {'places' if len(names) > 1 else 'place'} of {trouble.names(names)}"
+
+
 def _too_far(
     system: System,
     root: newton.Root,
     parts: Sequence[str],
     worst: Sequence[tuple[float, EquationInfo]],
-) -> str:
-    """The lengths of a loop that is too short or too long by what it stays open."""
+) -> tuple[str, str]:
+    """The lengths of a loop that is too short or too long by what it stays open, and its longest
+    part."""
     if not worst or system(root.point) is None:
-        return ""
+        return "", ""
     open_at = own_names(system.program, [worst[0][1].component])[0]
     return too_far_apart(system.program, system.kernel, parts, open_at, root.residuals.tolist())
 

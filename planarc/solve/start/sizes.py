@@ -82,8 +82,10 @@ def _told(
                 f"`{name}` {message}",
                 part.span if part else None,
                 Severity.WARNING,
-                hint="lengths are in m, masses in kg, inertias in kg.m2: 1 mm is 1e-3 m, and "
-                "1 kg.mm2 is 1e-6 kg.m2",
+                hint="masses are in kg, inertias in kg.m2: 1 kg.cm2 is 1e-4 kg.m2, and 1 kg.mm2 "
+                "is 1e-6"
+                if declared.name.startswith(RADIUS)
+                else "lengths are in m: 1 mm is 1e-3 m",
             )
 
 
