@@ -1,4 +1,4 @@
-"""What follows from a program alone is found once, however many runs it has."""
+"""What follows from a program alone, or from another whole value, is found once."""
 
 from __future__ import annotations
 
@@ -6,25 +6,24 @@ from collections.abc import Callable
 from functools import wraps
 from typing import TypeVar
 
-from planarc.ir.program import Program
-
+Whole = TypeVar("Whole")
 Found = TypeVar("Found")
 
-#: Programs remembered by each function.
+#: Values remembered by each function.
 MOST = 8
 
 
-def once(function: Callable[[Program], Found]) -> Callable[[Program], Found]:
-    """Remember what a function has found of the last few programs. They are told apart by
-    identity, and kept, so that none takes the place of another."""
-    known: dict[int, tuple[Program, Found]] = {}
+def once(function: Callable[[Whole], Found]) -> Callable[[Whole], Found]:
+    """Remember what a function has found of the last few programs, or of other values that never
+    change. They are told apart by identity, and kept, so that none takes the place of another."""
+    known: dict[int, tuple[Whole, Found]] = {}
 
     @wraps(function)
-    def find(program: Program) -> Found:
-        entry = known.get(id(program))
+    def find(whole: Whole) -> Found:
+        entry = known.get(id(whole))
         if entry is None:
-            entry = (program, function(program))
-            known[id(program)] = entry
+            entry = (whole, function(whole))
+            known[id(whole)] = entry
             for old in list(known)[:-MOST]:
                 known.pop(old, None)
         return entry[1]

@@ -23,6 +23,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.flat import Part
+from planarc.ir.once import once
 
 
 class Model(Protocol):
@@ -62,10 +63,18 @@ def _is_beside(path: Path, home: Path, package: str) -> bool:
 
 def own_part(model: Model, component: str) -> Part | None:
     """The innermost component around a name that the user declared."""
-    names = component.split(".") if component else []
-    around = {".".join(names[:i]): i for i in range(1, len(names) + 1)}
-    found = [p for p in model.parts if p.name in around and is_own(model, p.span)]
-    return max(found, key=lambda p: around[p.name], default=None)
+    named = _by_name(model.parts)
+    while component:
+        part = named.get(component)
+        if part is not None and is_own(model, part.span):
+            return part
+        component = component.rpartition(".")[0]
+    return None
+
+
+@once
+def _by_name(parts: tuple[Part, ...]) -> dict[str, Part]:
+    return {part.name: part for part in parts}
 
 
 def own_names(model: Model, components: Iterable[str]) -> list[str]:

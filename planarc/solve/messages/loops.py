@@ -10,6 +10,7 @@ from itertools import combinations
 from planarc.core.prose import both, listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
+from planarc.ir.once import once
 from planarc.ir.places import own_names
 from planarc.ir.program import Program
 from planarc.solve.messages import trouble
@@ -206,22 +207,35 @@ def is_closed(program: Program, components: Collection[str]) -> bool:
     return bool(loop_joints(program, components))
 
 
-def shortest_loop(mechanism: Mechanism, joint: Joint) -> list[Joint]:
-    """A joint and the fewest others that lead from one of its links back to the other."""
+def shortest_loop(mechanism: Mechanism, joint: Joint, most: float = math.inf) -> list[Joint]:
+    """A joint and the fewest others, in all so many at most, that lead from one of its links back
+    to the other."""
     if len(joint.links) != 2:
         return []
+    on_link = _on_links(mechanism)
     first, last = joint.links
     ways: dict[int, list[Joint]] = {first: [joint]}
     front = [first]
-    while front and last not in ways:
-        at = front.pop(0)
-        for other in mechanism.joints:
-            if other is not joint and at in other.links:
+    for at in front:
+        if last in ways or len(ways[at]) >= most:
+            break
+        for other in on_link[at]:
+            if other is not joint:
                 for link in other.links:
                     if link not in ways:
                         ways[link] = [*ways[at], other]
                         front.append(link)
     return ways.get(last, [])
+
+
+@once
+def _on_links(mechanism: Mechanism) -> dict[int, list[Joint]]:
+    """The joints of each link."""
+    found: dict[int, list[Joint]] = {}
+    for joint in mechanism.joints:
+        for link in dict.fromkeys(joint.links):
+            found.setdefault(link, []).append(joint)
+    return found
 
 
 def _bars(link: Link) -> Iterable[str]:

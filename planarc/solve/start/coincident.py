@@ -101,7 +101,7 @@ def _pairs(program: Program) -> tuple[tuple[_Pair, ...], Taker]:
     columns = {c.name: (c.slot, c.sign) for c in program.columns}
     found: dict[tuple[str, ...], _Pair] = {}
     for joint in mechanism.joints:
-        loop = shortest_loop(mechanism, joint)
+        loop = shortest_loop(mechanism, joint, _FOUR)
         if len(loop) != _FOUR or any(j.count > 1 for j in loop):
             continue
         links = tuple(dict.fromkeys(i for j in loop for i in j.links))
