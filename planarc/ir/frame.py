@@ -102,17 +102,11 @@ class Placement(Data):
         """The place at which its matrix begins (row by row, a column for each tear)."""
         return self.residuals(block) + self.records[block][Record.RESIDUALS]
 
-    def seeds(self, block: int) -> int:
-        """The place at which the seeds of its tangent begin."""
-        m = self.records[block][Record.RESIDUALS]
-        return self.jacobian(block) + m * self.records[block][Record.TEARS]
 
-
-#: Numbers of arrays behind residuals and matrix: seeds of the tangent (one a tear), steps, sizes of
-#: rows and the order of elimination (one a residual), values before the step and at the start (one
-#: a tear).
-ROW_ARRAYS: Final = 3
-TEAR_ARRAYS: Final = 3
+#: Numbers of arrays behind residuals and matrix: steps, sizes of rows, the order of elimination and
+#: two more for it (one a residual), values before the step and at the start (one a tear).
+ROW_ARRAYS: Final = 5
+TEAR_ARRAYS: Final = 2
 
 
 def address(array: Any) -> int:

@@ -2,7 +2,8 @@
 
     pc_solve(a, r, x, sizes, order, m) -> flag
         a*x = r. Pivots are compared relative to the sizes of their rows; of equal ones the first
-        row's is taken. `order` tells which row each unknown was taken from.
+        row's is taken. `order` tells which row each unknown was taken from; behind it is
+        room for 2*m numbers more.
     pc_again(a, r, x, sizes, order, columns, chosen, m, n) -> flag
         the same in the order of the last time. The rows of a are n long, and the unknowns stand at
         `columns` where these are `chosen` (1), else first. It gives `DONE` and no solution where
@@ -36,11 +37,20 @@ def solve_functions(smalls: Iterable[int] = range(1, SMALL + 1)) -> tuple[str, .
 @function("i32 pc_solve(ptr a, ptr r, ptr x, ptr sizes, ptr order, i64 m)")
 def _solve(c: Code, a: Value, r: Value, x: Value, sizes: Value, order: Value, m: Value) -> None:
     """Gaussian elimination in place. m^3/3 operations, and m*b^2 for a matrix of bandwidth b,
-    whose zeros are skipped."""
+    whose zeros are skipped: `ends` of rows lie behind all that is not zero, and no row below
+    `bottom` begins before the next column."""
+    ends, lowest = order.at(m), order.at(m * 2)  # the last row that begins in each column
+    with c.loop(m) as k:
+        lowest.store(c.constant(0, INT), k)
     with c.loop(m) as i:
-        largest = c.variable(0.0)
+        row = a.at(i * m)
+        largest, first, behind = c.variable(0.0), c.variable(0, INT), c.variable(0, INT)
         with c.loop(m) as k:
-            largest.set(c.largest(largest.get(), c.absolute(a.load(REAL, i * m + k))))
+            entry = c.absolute(row.load(REAL, k))
+            largest.set(c.largest(largest.get(), entry))
+            with c.when(~entry.equals(0.0)):
+                first.set(c.select(behind.get().equals(0), k, first.get()))
+                behind.set(k + 1)
         # Sums with the right side are not finite when one of the two is not.
         size = largest.get()
         with c.when(~((size + c.absolute(r.load(REAL, i))) < 1e300), leaves=True):
@@ -50,9 +60,14 @@ def _solve(c: Code, a: Value, r: Value, x: Value, sizes: Value, order: Value, m:
         sizes.store(size, i)
         x.store(size, i)  # exchanged with the rows
         order.store(i, i)
+        ends.store(behind.get(), i)
+        lowest.store(i, first.get())
+    bottom = c.variable(0, INT)
     with c.loop(m) as k:
+        bottom.set(_later(c, bottom.get(), lowest.load(INT, k)))
+        below = bottom.get() + 1
         best = c.variable(k, INT)
-        with c.loop(m, k + 1) as i:
+        with c.loop(below, k + 1) as i:
             p = best.get()
             other = c.absolute(a.load(REAL, i * m + k)) * x.load(REAL, p)
             pivot = c.absolute(a.load(REAL, p * m + k)) * x.load(REAL, i)
@@ -64,32 +79,33 @@ def _solve(c: Code, a: Value, r: Value, x: Value, sizes: Value, order: Value, m:
         with c.when(~(pivot > x.load(REAL, p) * SINGULAR), leaves=True):
             c.give(UNSOLVED)
         with c.when(~p.equals(k)):
-            with c.loop(m) as j:
+            with c.loop(_later(c, ends.load(INT, p), ends.load(INT, k)), k) as j:
                 _exchange(a, REAL, p * m + j, k * m + j)
-            for array, kind in ((r, REAL), (x, REAL), (order, INT)):
+            for array, kind in ((r, REAL), (x, REAL), (order, INT), (ends, INT)):
                 _exchange(array, kind, p, k)
-        pivot_row = a.at(k * m)
+        pivot_row, end = a.at(k * m), ends.load(INT, k)
         inverse = 1.0 / pivot_row.load(REAL, k)
         pivot_row.store(inverse, k)
-        end = c.variable(k + 1, INT)  # behind the last entry: narrow bands stay narrow
-        with c.loop(m, k + 1) as j, c.when(~pivot_row.load(REAL, j).equals(0.0)):
-            end.set(j + 1)
-        width = end.get() - k - 1
-        with c.loop(m, k + 1) as i:
+        with c.loop(below, k + 1) as i:
             row = a.at(i * m)
             factor = row.load(REAL, k) * inverse
             with c.when(~factor.equals(0.0)):
-                c.subtract(row.at(k + 1), pivot_row.at(k + 1), factor, width)
+                c.subtract(row.at(k + 1), pivot_row.at(k + 1), factor, end - k - 1)
                 r.store(r.load(REAL, i) - factor * r.load(REAL, k), i)
+                ends.store(_later(c, ends.load(INT, i), end), i)
     with c.loop(m) as back:
         i = m - 1 - back
         total = c.variable(r.load(REAL, i))
-        row = a.at(i * m)
-        with c.loop(back) as past:  # the one found last comes last
-            j = m - 1 - past
+        row, end = a.at(i * m), ends.load(INT, i)
+        with c.loop(end - 1 - i) as past:  # the one found last comes last
+            j = end - 1 - past
             total.set(total.get() - row.load(REAL, j) * x.load(REAL, j))
         x.store(total.get() * row.load(REAL, i), i)
     c.give(MORE)
+
+
+def _later(c: Code, i: Value, j: Value) -> Value:
+    return c.select(i > j, i, j)
 
 
 def _exchange(a: Value, kind: str, i: Value, j: Value) -> None:

@@ -39,6 +39,7 @@ class Loops:
         if shared is not None:
             self._rows, self._begin = shared, code.arguments[0].load(POINTER, shared.word)
         self._numbers = Rows()  # by their bits
+        self.time = code.constant(0, INT)  # how often the loop has run
         self._pointers: dict[tuple[str, tuple[int, ...]], Value] = {}
 
     def has_room(self, columns: Sequence[Column]) -> bool:
@@ -51,10 +52,12 @@ class Loops:
 
     @contextmanager
     def run(self, times: int) -> Iterator[None]:
-        """What stands inside, with `at` by the time."""
+        """What stands inside, with `at` by the time; of loops in loops, of the inner one."""
+        around = self.time, self._pointers
         with self._code.loop(times) as self.time:
             self._pointers = {}
             yield
+        self.time, self._pointers = around
 
     def at(self, memory: Value, places: Sequence[int]) -> tuple[Value, int]:
         """A pointer and the index behind it of the place that is due."""
@@ -76,7 +79,7 @@ class Loops:
         return row.load(REAL, self.time)
 
     def _distance(self, distances: tuple[int, ...]) -> Value:
-        step = distances[1]
+        step = distances[1] if len(distances) > 1 else 0
         if distances == tuple(range(0, step * len(distances), step or 1)):
             return self.time * step
         return self.word(distances)

@@ -60,11 +60,10 @@ class Block:
         self.state = area.at(record.load(INT, Record.AREA))
         self.residuals = self.state.at(ARRAYS)
         self.jacobian = self.residuals.at(self.m)
-        self.seeds = self.jacobian.at(self.m * self.n)
-        self.change = self.seeds.at(self.n)
+        self.change = self.jacobian.at(self.m * self.n)
         self.sizes = self.change.at(self.m)
         self.order = self.sizes.at(self.m)
-        self.before = self.order.at(self.m)
+        self.before = self.order.at(self.m * 3)
         self.origin = self.before.at(self.n)
         self.matrix = area.at(record.load(INT, Record.SHARED))
 

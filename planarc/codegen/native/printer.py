@@ -40,6 +40,7 @@ from itertools import chain, compress, pairwise
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, table
+from planarc.codegen.native.columns import group_columns
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.gauss import NOT_FINITE
 from planarc.codegen.native.loops import Loops
@@ -507,17 +508,19 @@ class _Section:
         self._values = outside
 
     def _columns(self, block: int, code: BlockCode) -> None:
-        """The Jacobian column by column."""
+        """The Jacobian, some columns at a time. Entries that are always zero are so from the
+        start."""
         assert code.tangent is not None
-        c, n = self._code, len(code.tears)
-        seeds = self._area.at(self._placement.seeds(block))
+        c, n, groups = self._code, len(code.tears), group_columns(code.tangent)
         matrix = self._area.at(self._placement.jacobian(block))
-        with c.loop(n) as j:
-            with c.loop(n) as k:
-                seeds.store(0.0, k)
-            seeds.store(1.0, j)
-            for i, seed in enumerate(code.tangent.seeds):
-                self._values[seed] = seeds.load(REAL, i)
-            self._write(code.tangent.body, straight=True)  # runs often
-            for i, entry in enumerate(code.tangent.entries):
-                matrix.store(real(c, self._value(entry)), j + i * n)
+        count = max(groups.of) + 1
+        with self._loops.run(count):
+            due = [c.select(self._loops.time.equals(g), 1.0, 0.0) for g in range(count)]
+            for seed, group in zip(code.tangent.seeds, groups.of, strict=True):
+                self._values[seed] = due[group]
+            self._write(code.tangent.body)
+            for i, (entry, columns) in enumerate(
+                zip(code.tangent.entries, groups.columns, strict=True)
+            ):
+                pointer, index = self._loops.at(matrix, [i * n + j for j in columns])
+                pointer.store(real(c, self._value(entry)), index)

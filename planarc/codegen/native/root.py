@@ -8,7 +8,7 @@ values there.
 
 It is the ordinary case of `solve.start.newton`, which does the rest: whole steps, none of them long
 and each of them a better point, from matrices far from singular ones. `out` holds what
-`pc_differences` writes, and behind it m*(m + 5) numbers.
+`pc_differences` writes, and behind it m*(m + 7) numbers.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def root_function(
     width = others[0] + others[1] + others[2]
     matrix = out.at((moved + 1) * width)
     right = matrix.at(m * m)
-    change, sizes, order, before = (right.at(m * k) for k in range(1, 5))
+    change, sizes, before, order = (right.at(m * k) for k in range(1, 5))
     slots = table.at(HEAD)
     least, longest, small = c.variable(1e300), c.variable(1.0), c.variable(0, INT)
     with c.loop(_STEPS):

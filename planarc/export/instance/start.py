@@ -75,7 +75,7 @@ def _assemble(c: Code, m: Value) -> None:
     size = plan(c, Table.SIZE)
     # rows with their slopes, a trial row, sizes, matrix with its right side, solution, step;
     # the values wanted, the last ones found
-    room = (moved + 1) * width + width * 6 + width * width + moved * 2
+    room = (moved + 1) * width + width * 8 + width * width + moved * 2
     memory = c.call(POINTER, "calloc", room + size + moved, whole(c, 8))
     with c.when(is_null(c, memory), leaves=True):
         c.give(1)
@@ -173,7 +173,7 @@ def _solve(c: Code, m: Value, memory: Value) -> None:
     candidates = table.at(5)
     trial = memory.at((moved + 1) * width)
     sizes = trial.at(width)
-    step = sizes.at(width * 5 + width * width)
+    step = sizes.at(width * 7 + width * width)
     before = step.at(moved)
     done = c.variable(0, INT)
     with c.when(width.equals(0) | moved.equals(0), leaves=True):
@@ -235,7 +235,7 @@ def _step(c: Code, rows: Value, sizes: Value, step: Value) -> None:
     solution = right.at(width)
     scratch = solution.at(width)
     order = scratch.at(width)
-    matrix = order.at(width)
+    matrix = order.at(width * 3)
 
     def entry(i: Value, j: Value) -> Value:
         return rows.load(REAL, (j + 1) * width + i) / sizes.load(REAL, i)

@@ -35,9 +35,9 @@ def solve() -> Solve:
 
     def call(matrix: np.ndarray, right: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
         m = len(right)
-        given = [matrix.copy(), right.copy(), np.zeros(m), np.zeros(m), np.zeros(m, np.int64)]
+        given = [matrix.copy(), right.copy(), np.zeros(m), np.zeros(m), np.zeros(3 * m, np.int64)]
         flag = function(*(a.ctypes.data for a in given), m)
-        again(matrix, right, *given[2:], flag)
+        again(matrix, right, *given[2:4], given[4][:m], flag)
         return flag, given[2], given[3]
 
     return call
@@ -83,6 +83,20 @@ def test_solutions_are_exact_whatever_the_scale_of_the_rows(m: int, solve: Solve
         assert flag == gauss.MORE
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
         assert sizes == pytest.approx(abs(matrix).max(axis=1))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_zero_is_passed_over_and_nothing_else(seed: int, solve: Solve) -> None:
+    m, random = 60, np.random.default_rng(seed)
+    matrix = np.triu(np.tril(random.normal(size=(m, m)), 2), -3)
+    matrix[random.permutation(m)[:4]] += random.normal(size=m)  # full rows
+    matrix[:, random.permutation(m)[:4]] += random.normal(size=(m, 4))
+    matrix[random.random((m, m)) < 0.2] = 0.0
+    matrix = matrix[random.permutation(m)] if seed else matrix
+    wanted = random.normal(size=m)
+    flag, found, _ = solve(matrix, matrix @ wanted)
+    assert flag == gauss.MORE
+    assert found == pytest.approx(wanted, rel=1e-8, abs=1e-8)
 
 
 @SIZES

@@ -256,7 +256,7 @@ class NativeKernel(Derived):
     ) -> Vector | None:
         table, width = self._conditions(t, u, columns, slots)
         m = len(columns)
-        out, places = np.empty((1 + m) * width + m * (m + 5)), np.array(rows, np.int64)
+        out, places = np.empty((1 + m) * width + m * (m + 7)), np.array(rows, np.int64)
         given = (table, places, wanted, out)
         if self._call_root(*map(address, given), m):
             return None
