@@ -41,10 +41,13 @@ def find_misread(dae: Dae) -> Iterator[Diagnostic]:
         if not (equation.generated and all(end.is_symbol for end in ends)):
             continue
         for end, other in (ends, ends[::-1]):
-            unit, source = units.get(end.name), own_part(dae, owner(other.name))
-            if unit is None or unit not in _LOOKS or source is None or units.get(other.name) != "":
+            unit = units.get(end.name)
+            if unit is None or unit not in _LOOKS or units.get(other.name) != "":
                 continue
-            if source.name in {*told, *taking} or source.name != owner(other.name):
+            source = own_part(dae, owner(other.name))
+            if source is None or source.name != owner(other.name):
+                continue
+            if source.name in told or source.name in taking:
                 continue
             numbers = ((p, _number(p)) for p in dae.parameters if p.component == source.name)
             looks, how, function = _LOOKS[unit]
