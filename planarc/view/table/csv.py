@@ -22,6 +22,7 @@ _END = b"\r\n"
 #: The count of numbers formatted at a time: they and their text stay in the processor's cache, and
 #: in memory that the process has already. Of a wide table it is some rows at least.
 _CHUNK, _ROWS = 1 << 12, 8
+_JSON = json.Encoder()
 
 
 def write(file: BinaryIO, result: Result, columns: Sequence[Column], units: bool = False) -> None:
@@ -59,17 +60,23 @@ def _numbers(result: Result, columns: Sequence[Column]) -> Iterator[Vector]:
         yield numbers
 
 
-def _text(numbers: Vector, whole: Sequence[int]) -> bytes:
+def _text(numbers: Vector, whole: Sequence[int]) -> bytes | memoryview:
     """Rows with the shortest texts that read back as the same numbers; `whole` are the
     columns of whole numbers."""
     rows: list[list[float]] = numbers.tolist()
     for row in rows:
         for i in whole:
             row[i] = round(row[i]) if math.isfinite(row[i]) else row[i]
-    if (abs(numbers) < math.inf).all():
-        # Lists of JSON are made in C; their brackets are taken off.
-        return b"".join([json.encode(row)[1:-1] + _END for row in rows])
-    return b"".join(",".join(map(repr, row)).encode() + _END for row in rows)
+    if not np.isfinite(numbers).all():
+        return b"".join(",".join(map(repr, row)).encode() + _END for row in rows)
+    text = bytearray()  # lists of JSON, made in C; their brackets become ends of lines
+    for row in rows:
+        behind = len(text)
+        _JSON.encode_into(row, text, behind)
+        if behind:
+            text[behind - 1 : behind + 1] = _END
+    text[-1:] = _END
+    return memoryview(text)[1:]
 
 
 # Reading ---------------------------------------------------------------------------------------
