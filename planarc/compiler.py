@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from planarc.ir.kernel import Kernel
     from planarc.ir.program import Program
     from planarc.ir.result import Result
+    from planarc.solve.kept import Kept
 
 
 def compile_model(
@@ -102,15 +103,14 @@ def run(
     options: RunOptions,
     clock: Clock | None = None,
     progress: Callable[[float], None] | None = None,
-    kernel: Kernel | None = None,
+    kernel: Kernel | Kept | None = None,
 ) -> Result:
     """The one door to a run. A `kernel` that was loaded before, or is driven, is used as it is."""
     from planarc.solve.simulate import simulate
 
     clock = clock or Clock()
-    if kernel is None:
-        with clock.phase("load"):
-            kernel = compiled.load()
+    with clock.phase("load"):
+        kernel = kernel or compiled.load()
     with clock.phase("simulate"):
         result = simulate(compiled.program, kernel, options, progress=progress)
         return stages.explain(result, options.tolerance)

@@ -25,6 +25,7 @@ from planarc.core.unknown import refuse_unknown
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request
+from planarc.solve.kept import Shelf
 from planarc.stages import to_code
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class Loaded:
     ) -> None:
         self.request, self.backend = request, backend
         self._compiled = {backend: compiled or compile_model(request, backend)}
+        self._shelves: dict[Backend, tuple[Compiled, Shelf]] = {}
 
     def __repr__(self) -> str:
         p = self.program
@@ -64,6 +66,7 @@ class Loaded:
             b: Compiled(program, b, code, state["warnings"], lead=lead and Compiled(lead, b, way))
             for b, (code, way) in state["codes"].items()
         }
+        self._shelves = {}
 
     def _repr_html_(self) -> str:
         from html import escape
@@ -125,6 +128,13 @@ class Loaded:
             lead = None if known.lead is None else Compiled.of(known.lead.program, backend)
             self._compiled[backend] = replace(known, backend=backend, code=code, lead=lead)
         return self._compiled[backend]
+
+    def shelf(self, compiled: Compiled) -> Shelf:
+        """The kernels at rest of earlier runs of this code."""
+        known = self._shelves.get(compiled.backend)
+        if known is None or known[0] is not compiled:
+            known = self._shelves[compiled.backend] = compiled, Shelf()
+        return known[1]
 
     def forced(
         self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from planarc.api.analysis.starting import Place
     from planarc.api.analysis.stepper import Stepper
     from planarc.api.signals import Signal
+    from planarc.ir.result import Result as Rows
 
 
 class Model(Loaded):
@@ -237,13 +238,31 @@ class Model(Loaded):
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
-        kernel = self.forced(compiled.load(), options, inputs)
-        rows = run(compiled, options, progress=progress, kernel=kernel)
+        if inputs:
+            kernel = self.forced(compiled.load(), options, inputs)
+            rows = run(compiled, options, progress=progress, kernel=kernel)
+        else:
+            rows = self._run(compiled, options, progress)
         result = Result(rows, compiled, self.request)
         ended = result.ended
         if ended is not None and ended.severity is Severity.ERROR:
             raise RunStopped(ended, result)
         return result
+
+    def _run(
+        self, compiled: Compiled, options: RunOptions, progress: Callable[[float], None] | None
+    ) -> Rows:
+        """A run with the kernel of an earlier one, if there is one at rest."""
+        shelf = self.shelf(compiled)
+        kept, rows = shelf.take(compiled.load), None
+        try:
+            rows = run(compiled, options, progress=progress, kernel=kept)
+            return rows
+        finally:
+            if rows is not None and rows.ended is None:
+                shelf.give(kept)
+            else:
+                kept.close()
 
     def _with_redundant(self, choice: Redundant) -> Model:
         if self._otherwise is None:

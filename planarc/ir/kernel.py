@@ -104,6 +104,9 @@ Sweep: TypeAlias = "Callable[..., int]"
 class Machine(Protocol):
     """Machine code that an integrator in C calls without a way back through Python."""
 
+    def renew(self) -> None:
+        """Be as a kernel that was just loaded, at the same addresses."""
+
     def addresses(self, vector_numbers: int) -> Addresses:
         """The addresses for machine code. `vector_numbers` is the address of SUNDIALS' function
         that gives a vector's numbers."""

@@ -40,7 +40,16 @@ ROUNDING = 1e-12
 class Bench:
     """The parts of one run. `y` are the values of the states at time `t`."""
 
-    def __init__(self, program: Program, kernel: Kernel, request: Request, backend: str) -> None:
+    def __init__(
+        self,
+        program: Program,
+        kernel: Kernel,
+        request: Request,
+        backend: str,
+        known: Integrator | None = None,
+    ) -> None:
+        """`known` is the integrator of the kernel's last run; what becomes of it is the caller's
+        to see (`integrator`)."""
         self.program, self.kernel, self.request = program, kernel, request
         self.backend = backend
         set_workspace(program, kernel, request)
@@ -74,7 +83,7 @@ class Bench:
             self.reason = "steps with contacts"
         else:
             self.integrator, self.reason = make_integrator(
-                request.solver, kernel, program.state_count, settings
+                request.solver, kernel, program.state_count, settings, known
             )
         looks, delayed = self.integrator.looks, self.delays.present
         self.effort = Effort(program, looks, request.start, request.span)

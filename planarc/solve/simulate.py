@@ -21,27 +21,34 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Interrupted, Result
 from planarc.solve.events.asserts import impossible_parameters
+from planarc.solve.kept import Kept
 from planarc.solve.run import Progress, Run
 from planarc.solve.settings import Request, doubts, resolve
 
 
 def simulate(
     program: Program,
-    kernel: Kernel,
+    kernel: Kernel | Kept,
     options: RunOptions,
     *,
     progress: Progress | None = None,
 ) -> Result:
-    """Run the program. `progress` is called now and then with the simulated time.
+    """Run the program. `progress` is called now and then with the simulated time. With a kernel
+    that is kept its integrator stays after a run without failure.
 
     Raises `UsageError` for a wrong request, `PlanarcError` where no start exists.
     """
+    kept = kernel if isinstance(kernel, Kept) else None
+    if isinstance(kernel, Kept):
+        kernel = kernel.kernel
     request = resolve(program, options)
     try:
-        run = Run(program, kernel, request, str(options.backend))
+        known = kept.integrator if kept else None
+        run = Run(program, kernel, request, str(options.backend), known)
     except PlanarcError:
         _blame_parameters(program, kernel, request)
         raise
+    whole = False
     try:
         try:
             run.begin()
@@ -55,12 +62,17 @@ def simulate(
             except KeyboardInterrupt:
                 run.ended = Interrupted("R440", f"interrupted at t = {run.integrator.t:.6g} s")
             result = run.result()
-            return _with_doubts(
+            found = _with_doubts(
                 replace(result, warnings=(*result.warnings, *_nothing_moves(run))),
                 doubts(program, options),
             )
+            whole = found.ended is None
+            return found
     finally:
-        run.close()
+        if kept is not None and whole:
+            kept.keep(run.integrator)
+        else:
+            run.close()
 
 
 def _with_doubts(result: Result, found: tuple[Diagnostic, ...]) -> Result:

@@ -16,15 +16,21 @@ from planarc.solve.solvers.sundials import Unavailable
 
 
 def make_integrator(
-    wanted: Solver, kernel: Kernel, states: int, settings: Settings
+    wanted: Solver,
+    kernel: Kernel,
+    states: int,
+    settings: Settings,
+    known: Integrator | None = None,
 ) -> tuple[Integrator, str]:
-    """The integrator and the reason for it. Raises R450 where the one asked for is missing."""
+    """The integrator and the reason for it: the `known` one of another run, where that can go on
+    with this one. Raises R450 where the one asked for is missing."""
     if states == 0:
         from planarc.solve.solvers.stateless import Stateless
 
         return Stateless(kernel, settings), "the model has no states"
     try:
-        integrator = _made(wanted, kernel, states, settings)
+        renewed = known is not None and known.renew(wanted, settings)
+        integrator = known if known and renewed else _made(wanted, kernel, states, settings)
     except Unavailable as problem:
         if wanted is Solver.AUTO:
             return _made(Solver.LSODA, kernel, states, settings), f"no CVODE: {problem}"

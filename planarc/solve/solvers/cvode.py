@@ -37,6 +37,8 @@ half to a tenth of it). The last digits of T, or of a parameter, change the step
 these the error by a factor of up to 4 either way.
 
 Reference: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31(3), 2005, 363-396.
+
+The file is long because all that CVODE is told, before, on and between runs, is about one memory.
 """
 
 from __future__ import annotations
@@ -108,6 +110,11 @@ _CAUSES = {
 }
 
 
+def _is_alone(settings: Settings) -> bool:
+    """Whether nobody else must see every step."""
+    return settings.past is None and not settings.waves
+
+
 def make(solver: Solver, kernel: Kernel, states: int, settings: Settings) -> Cvode:
     return Cvode(kernel, states, settings, solver is Solver.CVODE_ADAMS)
 
@@ -138,8 +145,7 @@ class Cvode(Integrator):
         self._time = C.c_double()
         self._total = Counts()
         # Who must see every step lets it come back to Python.
-        alone = settings.past is None and not settings.waves
-        self.looks = self._addresses is not None and alone
+        self.looks = self._addresses is not None and _is_alone(settings)
         self._driver: Driver | None = None
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if self._addresses is not None:
@@ -176,10 +182,13 @@ class Cvode(Integrator):
         self._y[:] = list(y)
         self._begin_dips(directions)
         self._absolute[:] = list(absolute)
-        if session.present:
+        if session.begun:
             self._begin_anew(t)
+        elif session.present:
+            self._begin_another(t)
         else:
             self._create(t)
+        session.begun = True
         session.call("SVtolerances", self._settings.tolerance * self.sharp, self._vectors[2])
         session.call("SetInitStep", step or 0.0)
         if directions:
@@ -204,10 +213,7 @@ class Cvode(Integrator):
         if self._addresses is not None:
             session.call("SetUserData", self._addresses.context)
         self._set_linear_solver()
-        if settings.span > 0:
-            own = settings.span * LONGEST_STEP
-            session.call("SetMaxStep", min(own, settings.longest_step))
-            session.call("SetMinStep", settings.span * SHORTEST_STEP)
+        self._bound_steps()
         session.call("SetMaxNumSteps", -1)
         session.call("SetMaxHnilWarns", -1)
         session.call("SetMaxErrTestFails", 12)
@@ -215,6 +221,46 @@ class Cvode(Integrator):
         if settings.relations:
             session.call("RootInit", settings.relations, self._roots)
             session.call("SetNoInactiveRootWarn")
+
+    def _bound_steps(self) -> None:
+        session, settings = self._session, self._settings
+        if settings.span > 0:
+            own = settings.span * LONGEST_STEP
+            session.call("SetMaxStep", min(own, settings.longest_step))
+            session.call("SetMinStep", settings.span * SHORTEST_STEP)
+
+    # From run to run
+
+    @property
+    def keeps(self) -> bool:  # type: ignore[override]
+        """Machine code, with its first choice of how the corrector solves."""
+        first = self.krylov == (self._size > LARGEST_DENSE) and not self._derives
+        return self.looks and first and self._session.begun
+
+    def renew(self, solver: Solver, settings: Settings) -> bool:
+        method = solver.home == "cvode" and (solver is Solver.CVODE_ADAMS) == self._adams
+        if not method or settings.relations != self._settings.relations or not _is_alone(settings):
+            return False
+        self._settings, self._session.begun = settings, False
+        self.poles.renew()
+        self._dips.renew()
+        self._total, self._for_differences = Counts(), 0
+        self._time.value = 0.0
+        return True
+
+    def rest(self) -> None:
+        if self._driver is not None:
+            self._driver.part()
+
+    def _begin_another(self, t: float) -> None:
+        """CVODE's memory as it was created, for another run."""
+        session, relations = self._session, self._settings.relations
+        session.check("ReInit", t, self._vectors[0])
+        session.call("SetMinStep", 0.0)  # lest it be above the longest one
+        self._bound_steps()
+        if relations:  # which functions are inactive is forgotten with them
+            session.call("RootInit", 0, None)
+            session.call("RootInit", relations, self._roots)
 
     # The linear systems of the corrector
 
@@ -299,10 +345,7 @@ class Cvode(Integrator):
         if self._driver is None:
             memory = self._session.memory.value or 0
             where = Where(memory, self._vectors[0], self._vectors[1], self._time)
-            dips = self._dips
-            self._driver = Driver(
-                self._lib, where, self._addresses, recorder, watch, dips, self.poles
-            )
+            self._driver = Driver(self._lib, where, self._addresses, self._dips, self.poles)
         flag, told = self._driver.march(limit, recorder, watch, steps)
         taken = told.taken
         while told.dips:
@@ -366,7 +409,7 @@ class Cvode(Integrator):
 
     def counts(self) -> Counts:
         """Since the run began: CVODE's own counters start again at every restart."""
-        if not self._session.present:
+        if not self._session.begun:
             return self._total
         number = self._session.number
         return self._total + Counts(

@@ -37,8 +37,13 @@ class Dips:
         import numpy as np
 
         self.points = np.zeros((4, 1 + relations))
-        self.points[3] = LEAST
-        self._zeros, self.seen = zeros, 0
+        self._zeros = zeros
+        self.renew()
+
+    def renew(self) -> None:
+        """Know nothing of a run."""
+        self.points.fill(0.0)
+        self.points[3], self.seen = LEAST, 0
 
     def note(self, t: float, zeros: Sequence[float]) -> bool:
         """Take the end of a step; whether to search in it."""

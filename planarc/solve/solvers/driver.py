@@ -25,24 +25,14 @@ class Where(Data):
 
 
 class Driver:
-    """The march of one run."""
+    """The march of one integrator: of one run after another."""
 
     def __init__(
-        self,
-        sundials: Sundials,
-        where: Where,
-        kernel: Addresses,
-        recorder: Recorder,
-        watch: Watch,
-        dips: Dips,
-        poles: Poles,
+        self, sundials: Sundials, where: Where, kernel: Addresses, dips: Dips, poles: Poles
     ) -> None:
-        import numpy as np
-
         self._call = C.CFUNCTYPE(C.c_int, C.POINTER(Arguments))(kernel.march)
-        blocks = np.array([kernel.records[i] for i in watch.blocks], dtype=np.int64)
         numbers = sundials.N_VGetArrayPointer
-        self._arguments = a = Arguments(
+        self._arguments = Arguments(
             memory=where.memory,
             y=where.y,
             y_numbers=numbers(where.y),
@@ -50,31 +40,39 @@ class Driver:
             dense_numbers=numbers(where.dense),
             context=kernel.context,
             workspace=kernel.workspace,
-            slots=address(recorder.slots),
-            grid=address(recorder.grid),
             cvode=sundials.address("CVode"),
             interpolate=sundials.address("CVodeGetDky"),
             time=C.addressof(where.time),
-            near=recorder.near,
-            columns=len(recorder.slots),
-            grid_end=len(recorder.grid),
-            blocks=address(blocks),
-            block_count=len(blocks),
-            scales=address(watch.scales),
             relations=dips.points.shape[1] - 1,
             points=address(dips.points),
             states=poles.size,
             places=address(poles.places),
             trail=address(poles.trail),
         )
-        refuge = watch.refuge
+        self._records, self._dips, self._poles = kernel.records, dips, poles
+        self._arrays: object = None  # as long as their addresses are in use
+        self.part()
+
+    def part(self) -> None:
+        """Let go of the run."""
+        self._recorder: Recorder | None = None
+        self._edition, self._arrays = -1, None
+
+    def _meet(self, recorder: Recorder, watch: Watch) -> None:
+        """Take the arrays of a run."""
+        import numpy as np
+
+        a, refuge = self._arguments, watch.refuge
+        blocks = np.array([self._records[i] for i in watch.blocks], dtype=np.int64)
+        a.slots, a.columns = address(recorder.slots), len(recorder.slots)
+        a.grid, a.grid_end, a.near = address(recorder.grid), len(recorder.grid), recorder.near
+        a.blocks, a.block_count = address(blocks), len(blocks)
+        a.scales = address(watch.scales)
         if refuge is not None:
             a.kept_slots, a.kept_count = address(refuge.slots), len(refuge.slots)
             a.guess, a.state = address(refuge.guess), address(refuge.state)
             a.kept_rows = address(refuge.rows)
-        self._dips = dips
-        self._held = blocks, refuge, poles  # as long as their addresses are in use
-        self._edition = -1
+        self._recorder, self._arrays = recorder, (blocks, watch.scales, refuge)
 
     def march(
         self, limit: float, recorder: Recorder, watch: Watch, steps: int, flag: int = -1
@@ -84,6 +82,8 @@ class Driver:
         be `poles` in the step just made, whether a zero function may have `dips` there: called
         again with its `flag`, the march goes on from that step. Rows go to the recorder."""
         a = self._arguments
+        if self._recorder is not recorder:
+            self._meet(recorder, watch)
         recorder.reserve(len(recorder.grid) - recorder.next + 2)
         if self._edition != recorder.edition:
             a.rows, a.times = address(recorder.data), address(recorder.time)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Protocol
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.march import REACH
 from planarc.solve.recorder import Recorder
@@ -169,6 +170,18 @@ class Integrator(ABC):
 
     def close(self) -> None:  # noqa: B027 (most have nothing to give back)
         """Give back what the integrator holds outside of Python."""
+
+    # From run to run
+
+    #: Whether it may go on with another run of the same kernel (`renew`).
+    keeps = False
+
+    def renew(self, solver: Solver, settings: Settings) -> bool:
+        """Be as one that was just made for another run; false where this one cannot."""
+        return False
+
+    def rest(self) -> None:  # noqa: B027 (most hold nothing that is large)
+        """Let go of what belongs to the run that has ended."""
 
     def march(self, limit: float, recorder: Recorder, watch: Watch, steps: int) -> March:
         """March on; at `ROOT` and `LIMIT` the rows up to, not at, the time reached are taken."""

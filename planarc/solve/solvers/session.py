@@ -13,7 +13,7 @@ ONE_STEP = 2
 
 
 class Session:
-    """`memory` is None until `create`."""
+    """`memory` is None until `create`; `begun` says whether it is the present run's."""
 
     def __init__(self, lib: Sundials) -> None:
         self.lib = lib
@@ -23,6 +23,7 @@ class Session:
         self._vectors: list[int] = []
         self._linear = self._matrix = None
         self._raised: BaseException | None = None
+        self.begun = False
 
     @property
     def present(self) -> bool:
@@ -113,13 +114,13 @@ class Session:
     def last_step(self) -> float:
         """The length of the last step, in seconds; 0 before there was one."""
         step = C.c_double()
-        if self.present:
+        if self.begun:
             self.call("GetLastStep", C.byref(step))
         return step.value
 
     def errors(self, size: int) -> Sequence[float]:
         """The error of each unknown in the last step tried, as a part of its tolerance."""
-        if not self.present:
+        if not self.begun:
             return ()
         own = [self.lib.N_VNew_Serial(size, self.context) for _ in range(2)]
         self.call("GetEstLocalErrors", own[0])

@@ -77,18 +77,40 @@ class NativeKernel(Derived):
             (Frame.ANGLES, made.angles),
         ):
             self._frame[where] = address(array)
-        self.history = History(len(program.delays))
-        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
         self._results, self._tear_starts = made.results, made.tear_starts
         self._candidate_slots, self._residual_places = made.candidates, made.residuals
         self._asked, self._selections = made.asked, made.selections
+        self._made = made
         self._bind(engine)
-        self._numbers[Number.STATES] = n
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """What a run finds; all arrays hold zeros."""
+        made, program = self._made, self._program
+        self.history = History(len(program.delays))
+        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
+        self._numbers[Number.STATES] = len(self._y)
         self._numbers[Number.OPEN] = -1
         self._started = False
         self._settled: dict[int, Sequence[float]] = {}
         self.w[made.parameters] = made.defaults
-        self.select([c.first + i for c in program.blocks if c.height for i in range(c.free)])
+        self.select(made.first)
+
+    def renew(self) -> None:
+        for array in (
+            self.w,
+            self._numbers,
+            self._accepted,
+            self._area,
+            self._y,
+            self._ydot,
+            self._zeros,
+            self._shifts,
+            self._initial,
+        ):
+            array.fill(0)
+        self._derivatives.clear()
+        self._begin_anew()
 
     @property
     def capabilities(self) -> Capabilities:

@@ -30,6 +30,7 @@ class Layout(Data):
     parameters: Indices  # slots of parameters with a default
     defaults: Vector
     angles: NDArray[np.int64]  # of loops, as `Frame.ANGLES` has them
+    first: tuple[int, ...]  # the candidates that are states before these are chosen
     asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
     selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
 
@@ -56,6 +57,7 @@ def find_layout(program: Program) -> Layout:
         np.array([p.slot for p in given], np.intp),
         np.array([p.default for p in given], float),
         np.array([len(angles), *(n for pair in angles for n in pair)], np.int64),
+        tuple(c.first + i for c in program.blocks if c.height for i in range(c.free)),
         {},
         {},
     )
