@@ -351,22 +351,10 @@ def explain(result: Result, tolerance: float | None) -> Result:
     """A run's events in words of its components, and warnings where it lost energy, where parts of
     the user's own break the third law or miscount their energy, of absurd motions, and where
     nothing moves."""
-    from planarc.insight.absurd import judge_absurd
-    from planarc.insight.accounts import judge_accounts
-    from planarc.insight.late import judge_late
-    from planarc.insight.losses import judge_losses
-    from planarc.insight.reactions import judge_reactions
-    from planarc.insight.still import judge_still
+    from planarc.insight.verdicts import judge
 
     program = result.program
-    lost = judge_losses(result, tolerance or program.experiment.tolerance)
-    found = [] if lost is None else [lost]
-    found += judge_reactions(result)
-    found += judge_accounts(result)
-    found += judge_absurd(result)
-    found += judge_late(result)
-    if not found:
-        found += judge_still(result)
+    found = judge(result, tolerance or program.experiment.tolerance)
     if result.events and any(d.kind == "event" for d in program.declared):
         from planarc.insight.happenings import name_events
 

@@ -235,6 +235,8 @@ def _shape(name: str, wanted: str, value: Any) -> UsageError:
 
 
 def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> float:
+    if type(value) is float and math.isfinite(value):
+        return value
     if isinstance(value, str):
         short = {n.rpartition(".")[2]: i for i, n in enumerate(literals, 1)}
         if value.rpartition(".")[2] in short:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from time import perf_counter
 
 from msgspec import Struct, field
@@ -16,12 +15,22 @@ class Clock(Struct):
     #: called before each phase, and often in long ones; it raises where nobody waits any more
     watch: Callable[[], None] | None = None
 
-    @contextmanager
-    def phase(self, name: str) -> Iterator[None]:
+    def phase(self, name: str) -> Phase:
         if self.watch is not None:
             self.watch()
-        begin = perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + perf_counter() - begin
+        return Phase(self.seconds, name)
+
+
+class Phase(Struct):
+    """A context whose time is added to the others of its name."""
+
+    seconds: dict[str, float]
+    name: str
+    begin: float = 0.0
+
+    def __enter__(self) -> None:
+        self.begin = perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        spent = perf_counter() - self.begin
+        self.seconds[self.name] = self.seconds.get(self.name, 0.0) + spent

@@ -72,18 +72,20 @@ def telling_keywords(function: Callable[P, T]) -> Callable[P, T]:
     """A function that names the keywords nearest to a misspelt one, and arguments that it lacks."""
     code = function.__code__
     known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    names = frozenset(known)
     needed = known[: code.co_argcount - len(function.__defaults__ or ())]
 
     @wraps(function)
     def call(*args: P.args, **given: P.kwargs) -> T:
-        for name in given:
-            if name not in known:
-                raise _unknown_keyword(function.__name__, name, known, args[:1])
+        if not names.issuperset(given):
+            name = next(n for n in given if n not in names)
+            raise _unknown_keyword(function.__name__, name, known, args[:1])
         if len(args) > code.co_argcount and not code.co_flags & _VARARGS:
             raise _too_many(function.__name__, known, code.co_argcount)
-        missing = [n for n in needed[len(args) :] if n not in given]
-        if missing:
-            raise _missing(function.__name__, missing, needed)
+        if len(args) < len(needed):
+            missing = [n for n in needed[len(args) :] if n not in given]
+            if missing:
+                raise _missing(function.__name__, missing, needed)
         return function(*args, **given)
 
     return call

@@ -14,6 +14,7 @@ turns its arm by 1e24 rad.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -116,6 +117,8 @@ def _runaway(result: Result) -> Diagnostic | None:
     if not speeds:
         return None
     sizes = np.abs(result.data[:, [column for _, column, _ in speeds]])
+    if math.isfinite(largest := sizes.max(initial=0.0)) and largest <= _FASTEST_TURN:
+        return None
     with np.errstate(all="ignore"):
         beyond = sizes > _FASTEST
         fast = sizes > [_FASTEST_TURN if unit == _TURNING else np.inf for *_, unit in speeds]

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import PlanarcError, Severity, error
+from planarc.ir.dae import INITIAL
 from planarc.ir.result import EventRecord, Held
 from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
@@ -48,7 +49,8 @@ class Begun(Bench):
         self.held = self.settle(t, near, follow)
         y = self.states.values()
         self.rescue.begun = True
-        self.kernel.outputs(t, y)
+        if self.events.present or INITIAL in self.program.slots:  # else the first row does it
+            self.kernel.outputs(t, y)
         done = self.events.finish_start(t, y, self.states.slots())
         self._note(done.ended, done.warnings)
         if self.events.present:

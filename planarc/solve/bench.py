@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import inf, isclose
 from typing import TYPE_CHECKING
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.interruption import Interruption
 from planarc.ir.frame import angles_of_loops
@@ -64,6 +65,7 @@ class Bench:
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
         self.delays = Delays(program, kernel, request.start, request.span)
+        form = _form(program)
         settings = Settings(
             request.tolerance,
             request.span,
@@ -71,19 +73,19 @@ class Bench:
             self.delays.longest_step,
             self.delays if self.delays.present else None,
             request.fixed_step,
-            _followed(program),
-            any(r.waves for r in program.relations),
-            tuple(slot for slot, _ in angles_of_loops(program)),
+            form.followed,
+            form.waves,
+            form.angles,
         )
         self.integrator: Integrator
         if request.stepping:
             from planarc.solve.stepping.moreau import Moreau
 
-            self.integrator = Moreau(program, kernel, program.state_count, settings)
+            self.integrator = Moreau(program, kernel, form.states, settings)
             self.reason = "steps with contacts"
         else:
             self.integrator, self.reason = make_integrator(
-                request.solver, kernel, program.state_count, settings, known
+                request.solver, kernel, form.states, settings, known
             )
         looks, delayed = self.integrator.looks, self.delays.present
         self.effort = Effort(program, looks, request.start, request.span)
@@ -207,11 +209,24 @@ class Bench:
             self.recorder.cut(row + 1)
 
 
+class _Form(Data):
+    """What the settings of all integrators of a program have in common."""
+
+    states: int
+    followed: tuple[int, ...]  # the slots of unknowns that follow a branch from point to point
+    waves: bool
+    angles: tuple[int, ...]
+
+
 @once
-def _followed(program: Program) -> tuple[int, ...]:
-    """The slots of unknowns that follow a branch from point to point."""
+def _form(program: Program) -> _Form:
     blocks = (b for b in program.blocks if not b.height and not b.linear)
-    return tuple(program.slots[repr(x)] for b in blocks for x in b.tears)
+    return _Form(
+        program.state_count,
+        tuple(program.slots[repr(x)] for b in blocks for x in b.tears),
+        any(r.waves for r in program.relations),
+        tuple(slot for slot, _ in angles_of_loops(program)),
+    )
 
 
 @once

@@ -91,6 +91,13 @@ def _speeds(program: Program) -> frozenset[int]:
 
 def most_steps(program: Program, native: bool) -> int:
     """The most steps of a march: a matter of the program's size and of the back end."""
-    size = sum(map(len, program.levels)) + sum(len(block.body) for block in program.blocks)
     work = WORK_NATIVE if native else WORK_PYTHON
-    return max(1, min(work // max(1, size), MOST_WITH_RELATIONS if program.relations else MOST))
+    return max(
+        1, min(work // max(1, _size(program)), MOST_WITH_RELATIONS if program.relations else MOST)
+    )
+
+
+@once
+def _size(program: Program) -> int:
+    """The number of statements."""
+    return sum(map(len, program.levels)) + sum(len(block.body) for block in program.blocks)

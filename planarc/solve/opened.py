@@ -9,6 +9,7 @@ Runs begin so, and so does whoever asks what a mechanism can do at its start.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
@@ -35,9 +36,12 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
 def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     """Parameters, what depends on them, start values, and inputs."""
     external.begin_run()
-    w = kernel.w
-    for slot, value in _defaults(program):
-        w[slot] = value
+    w, (slots, defaults) = kernel.w, _defaults(program)
+    if isinstance(w, list):
+        for slot, value in zip(slots, defaults, strict=True):
+            w[slot] = value
+    else:
+        w[slots] = defaults  # type: ignore[call-overload]
     for slot, value in request.values.items():
         w[slot] = value
     flag = kernel.parameters()
@@ -73,7 +77,10 @@ def _not_finite(program: Program, kernel: Kernel) -> str:
     or nothing."""
     # Their slots stand before those of the candidates; a length tells of all at once.
     end = program.candidates[0].slot if program.candidates else len(kernel.w)
-    if math.isfinite(math.hypot(*kernel.w[:end])):
+    values: Any = kernel.w[:end]
+    if not isinstance(values, list):
+        values = values.tolist()
+    if math.isfinite(math.hypot(*values)):
         return ""
     for p in program.parameter_slots:
         if not math.isfinite(kernel.w[p.slot]):
@@ -85,6 +92,7 @@ def _not_finite(program: Program, kernel: Kernel) -> str:
 
 
 @once
-def _defaults(program: Program) -> tuple[tuple[int, float], ...]:
-    """The slots of parameters with a value of their own, and that."""
-    return tuple((p.slot, p.default) for p in program.parameter_slots if p.default is not None)
+def _defaults(program: Program) -> tuple[list[int], list[float]]:
+    """The slots of parameters with a value of their own, and these."""
+    found = [(p.slot, p.default) for p in program.parameter_slots if p.default is not None]
+    return [slot for slot, _ in found], [value for _, value in found]

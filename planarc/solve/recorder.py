@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from struct import Struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import error
-from planarc.ir.kernel import Kernel, taker
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import Program
 
@@ -149,22 +149,18 @@ def _columns(program: Program) -> tuple[dict[int, int], NDArray[np.int64]]:
 
 
 @once
-def _constants(program: Program) -> tuple[tuple[int, ...], NDArray[np.int64]]:
-    """The slots of constants, each once; and these as an array."""
-    import numpy as np
-
+def _constants(program: Program) -> tuple[tuple[int, ...], Taker]:
+    """The slots of constants, each once; and what takes these."""
     slots = tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
-    return slots, np.array(slots, dtype=np.int64)
+    return slots, taker(slots)
 
 
 def constants(program: Program, kernel: Kernel) -> dict[int, float]:
     """The values of constants, by their slots."""
-    import numpy as np
-
-    slots, places = _constants(program)
-    row = np.empty(len(slots))
-    _copier(kernel, places)(row)
-    return dict(zip(slots, row.tolist(), strict=True))
+    slots, take = _constants(program)
+    w: Any = kernel.w
+    values = map(float, take(w)) if isinstance(w, list) else take(w.tolist())
+    return dict(zip(slots, values, strict=True))
 
 
 def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:

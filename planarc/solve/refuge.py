@@ -12,10 +12,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.solve.recorder import Recorder
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: Returns to one place for a better choice of states.
 MOST_VISITS = 6
@@ -30,13 +36,10 @@ class Refuge:
         import numpy as np
 
         self._kernel, self._recorder = kernel, recorder
-        self.slots = np.array([0, *(c.slot for c in program.candidates)], dtype=np.int64)
+        self.slots, self._take, states, self._residuals = _places(program)
         self.guess = np.zeros(len(self.slots))
-        self.state = np.zeros(1 + program.state_count)
+        self.state = np.zeros(1 + states)
         self.rows = np.zeros(2, dtype=np.int64)
-        self._residuals = sum(len(b.residuals) for b in program.blocks) + len(
-            program.initial_residuals
-        )
         self._visits, self._late = 0, -math.inf
 
     @property
@@ -49,7 +52,7 @@ class Refuge:
 
     def keep(self, t: float, y: Sequence[float]) -> None:
         w, recorder = self._kernel.w, self._recorder
-        self.guess[:] = [w[s] for s in self.slots.tolist()]
+        self.guess[:] = self._take(w)
         self.state[0] = t
         self.state[1:] = y
         self.rows[:] = recorder.count, recorder.next
@@ -66,3 +69,14 @@ class Refuge:
         self._kernel.accept(t)
         self._recorder.back(*self.rows.tolist())
         return True
+
+
+@once
+def _places(program: Program) -> tuple[NDArray[np.int64], Taker, int, int]:
+    """The slots of the time and of all candidates, what takes these, and how many states and
+    residuals there are."""
+    import numpy as np
+
+    slots = [0, *(c.slot for c in program.candidates)]
+    residuals = sum(len(b.residuals) for b in program.blocks) + len(program.initial_residuals)
+    return np.array(slots, dtype=np.int64), taker(slots), program.state_count, residuals

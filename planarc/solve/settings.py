@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -184,9 +185,7 @@ def _grid(start: float, stop: float, default: float | None, options: RunOptions)
         if count < 1:
             raise _usage("R403", f"the number of intervals must be at least 1, not {count}")
         _limit_rows(count)
-        times: Vector = start + (stop - start) / count * np.arange(count + 1.0)
-        times[-1] = stop
-        return times
+        return _even(start, stop, count)
     if not (math.isfinite(interval) and interval > 0):
         raise _usage("R403", f"the interval must be a time above 0 s, not {interval:g}")
     _limit_rows((stop - start) / interval)
@@ -194,6 +193,15 @@ def _grid(start: float, stop: float, default: float | None, options: RunOptions)
     times = start + interval * np.arange(count + 1.0)
     if stop - times[-1] > 1e-9 * interval:
         return np.concatenate([times, np.array([stop])])
+    times[-1] = stop
+    return times
+
+
+@lru_cache(maxsize=1)
+def _even(start: float, stop: float, count: int) -> Vector:
+    import numpy as np
+
+    times: Vector = start + (stop - start) / count * np.arange(count + 1.0)
     times[-1] = stop
     return times
 

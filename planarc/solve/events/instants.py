@@ -68,7 +68,8 @@ class Schedule:
                 sampler.fired = max(0, math.ceil(passed - room(passed)))
         found: list[tuple[float, int, bool]] = []
         self.endless: list[RelationSlot] = []
-        for i, zero in _driven(program, kernel, start).items():
+        driven = _driven(program, kernel, start) if program.relations else {}
+        for i, zero in driven.items():
             relation = program.relations[i]
             known = linear_zero(zero) if relation.time_only else None
             known = known or _other_zeros(zero, relation, start, stop)

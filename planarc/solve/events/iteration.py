@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 from itertools import zip_longest
 from typing import TypeAlias
 
@@ -52,11 +53,15 @@ class Events:
             program.relations or program.samplers or program.whens or program.discretes
         )
         self.crossings = Crossings(program, kernel, request.span)
-        self._whens = Whens(program, kernel, request)
-        self.crossings.touches = self.touches = _of_touches(program, self._whens)
-        self._values = taker([d.slot for d in program.discretes])
-        self._before = taker([d.pre for d in program.discretes])
-        self._integers = _integers(program.discretes)
+        self._request = request
+        # What is wrong with an impact is told before the start.
+        self.touches = _of_touches(program, self._whens) if program.whens else frozenset[int]()
+        self.crossings.touches = self.touches
+        self._values, self._before, self._integers = _discrete(program)
+
+    @cached_property
+    def _whens(self) -> Whens:
+        return Whens(self.program, self.kernel, self._request)
 
     # The start
 
@@ -255,6 +260,13 @@ def _of_touches(program: Program, whens: Whens) -> frozenset[int]:
         if own
         else (frozenset())
     )
+
+
+@once
+def _discrete(program: Program) -> tuple[Taker, Taker, Integers]:
+    """What takes discrete values, their left limits, and those of Integers."""
+    found = program.discretes
+    return taker([d.slot for d in found]), taker([d.pre for d in found]), _integers(found)
 
 
 @once

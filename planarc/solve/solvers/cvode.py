@@ -92,7 +92,7 @@ MOST_PRODUCTS = 14
 #: Steps from one judgement of GMRES to the next, and from one of differences.
 JUDGED_STEPS, JUDGED_OFTEN = 40, 500
 
-_MADE = March(Outcome.BUDGET)
+_MADE, _NOTHING = March(Outcome.BUDGET), Counts()
 
 #: Return flags of CVODE; every other failure is one of the setup.
 _CAUSES = {
@@ -147,6 +147,7 @@ class Cvode(Integrator):
         # Who must see every step lets it come back to Python.
         self.looks = self._addresses is not None and _is_alone(settings)
         self._driver: Driver | None = None
+        self._bounds: tuple[float, float] | None = None  # of steps, as CVODE knows them
         self.name = f"cvode-{'adams' if adams else 'bdf'}"
         if self._addresses is not None:
             self.name += " (native)"
@@ -224,7 +225,10 @@ class Cvode(Integrator):
 
     def _bound_steps(self) -> None:
         session, settings = self._session, self._settings
-        if settings.span > 0:
+        bounds = settings.span, settings.longest_step
+        if settings.span > 0 and bounds != self._bounds:
+            self._bounds = bounds
+            session.call("SetMinStep", 0.0)  # lest it be above the longest one
             own = settings.span * LONGEST_STEP
             session.call("SetMaxStep", min(own, settings.longest_step))
             session.call("SetMinStep", settings.span * SHORTEST_STEP)
@@ -256,7 +260,6 @@ class Cvode(Integrator):
         """CVODE's memory as it was created, for another run."""
         session, relations = self._session, self._settings.relations
         session.check("ReInit", t, self._vectors[0])
-        session.call("SetMinStep", 0.0)  # lest it be above the longest one
         self._bound_steps()
         if relations:  # which functions are inactive is forgotten with them
             session.call("RootInit", 0, None)
@@ -412,12 +415,9 @@ class Cvode(Integrator):
         if not self._session.begun:
             return self._total
         number = self._session.number
-        return self._total + Counts(
-            number("NumSteps"),
-            number("NumRhsEvals") + number("NumLinRhsEvals"),
-            number("NumJacEvals"),
-            number("NumErrTestFails"),
-        )
+        calls = number("NumRhsEvals") + number("NumLinRhsEvals")
+        own = Counts(number("NumSteps"), calls, number("NumJacEvals"), number("NumErrTestFails"))
+        return own if self._total == _NOTHING else self._total + own
 
     def close(self) -> None:
         self._session.close()

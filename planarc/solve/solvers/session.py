@@ -48,7 +48,7 @@ class Session:
 
     def call(self, name: str, *arguments: object) -> int:
         """A function of CVODE, by its name without `CVode`."""
-        flag: int = getattr(self.lib, f"CVode{name}")(self.memory, *arguments)
+        flag: int = getattr(self.lib, "CVode" + name)(self.memory, *arguments)
         return flag
 
     def check(self, name: str, *arguments: object) -> None:

@@ -90,9 +90,12 @@ def _unmoved(system: System, u0: Vector, u: Vector) -> Vector:
     -1e-31 would start friction that is to stick."""
     import numpy as np
 
-    beside = (u != u0) & (abs(u - u0) <= ROUNDING * np.maximum(1.0, abs(u0)))
-    if not beside.any():
+    for now, before in zip(u.tolist(), u0.tolist(), strict=True):
+        if now != before and abs(now - before) <= ROUNDING * max(1.0, abs(before)):
+            break
+    else:
         return u
+    beside = (u != u0) & (abs(u - u0) <= ROUNDING * np.maximum(1.0, abs(u0)))
     rows, slopes = system(u), system.slopes(u)
     if rows is None or slopes is None:
         return u
@@ -110,7 +113,7 @@ def _solve_stages(system: System, u0: Vector, held: Flags, beside: bool = False)
     for rows, columns in system.stages:
         root = None
         if system.initial_rows.stop - 1 in rows:
-            here = system(u)
+            here = system.again(u)
             if here is not None and not here[rows].any():
                 continue
             root = solve_stage(system, u, rows, _movable(system, u, held))

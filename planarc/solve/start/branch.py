@@ -27,7 +27,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
 from planarc.ir.flat import StateSelect
-from planarc.ir.program import CandidateSlot, FixedSlot
+from planarc.ir.once import once
+from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.start import newton
 from planarc.solve.start.stage import Part, solve_stage
 from planarc.solve.start.system import System, declared
@@ -53,6 +54,8 @@ WRITTEN, JOINT, OTHER = 1.0, 1e-3, 1e-6
 #: The pull of a guess, against the conditions.
 PULL = 0.1
 TURN = 6.283185307179586
+#: Choices of candidates and given values of which the guides are remembered.
+MOST_PLANS = 64
 
 
 class Guide(Data):
@@ -164,7 +167,7 @@ class _Level:
 
         place = point.tobytes()
         if self._seen is None or self._seen[0] != place:
-            self.system(point)
+            self.system.again(point)
             found = np.array([self.system.kernel.w[g.slot] for g in self.guides])
             self._seen = place, found
         return self._seen[1]
@@ -241,7 +244,32 @@ class _Level:
 
 
 def _guides(system: System, free: Sequence[int]) -> list[Guide]:
-    program, w = system.program, system.kernel.w
+    known, key = _plans(system.program), (tuple(free), system.given, system.conditions)
+    plan = known.get(key)
+    if plan is None:
+        if len(known) > MOST_PLANS:
+            known.clear()
+        plan = known[key] = _plan(system, free)
+    w = system.kernel.w
+    return [
+        Guide(slot, float(w[start]), weight, column, place)
+        for slot, start, weight, column, place in plan
+    ]
+
+
+#: The guides of some candidates, for what is given and held: slots of values and of start values,
+#: and what else a `Guide` tells.
+_Plan: TypeAlias = tuple[tuple[int, int, float, int, int], ...]
+
+
+@once
+def _plans(program: Program) -> dict[tuple[object, ...], _Plan]:
+    """The guides that were asked for."""
+    return {}
+
+
+def _plan(system: System, free: Sequence[int]) -> _Plan:
+    program = system.program
     places = declared(program)
     last = len(places)
     heights = {program.blocks[program.candidates[c].block].height for c in free}
@@ -253,5 +281,5 @@ def _guides(system: System, free: Sequence[int]) -> list[Guide]:
         weight = JOINT if item.select >= StateSelect.PREFER else OTHER
         weight = WRITTEN if system.written(item) else weight
         place = places.get(item.display, last)
-        found.append(Guide(item.slot, float(w[item.start]), weight, column, place))
-    return sorted(found, key=lambda g: g.place)
+        found.append((item.slot, item.start, weight, column, place))
+    return tuple(sorted(found, key=lambda guide: guide[-1]))

@@ -15,9 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from operator import mul
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
+from planarc.ir.once import once
 from planarc.ir.program import FixedSlot, Program
 from planarc.solve.start import newton
 from planarc.solve.start.branch import agreed_place
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
 INDEPENDENT = 1e-3
 #: Singular values below this part of the largest leave a motion free.
 CLOSED = 1e-5
+#: Free motions up to which Python is faster than NumPy.
+FEW = 6
 
 
 class Choice(Data):
@@ -61,7 +65,7 @@ def choose_held(system: System, u: Vector) -> Choice:
 
 def choose_fixed(program: Program) -> Choice:
     """What is fixed, and nothing else."""
-    return Choice(tuple(c.fixed for c in program.candidates))
+    return Choice(_fixed(program))
 
 
 def choose_closed(system: System, u: Vector) -> _Outcome | None:
@@ -89,8 +93,7 @@ class _Outcome(Data):
 
 
 def _held_at(system: System, place: Vector) -> _Outcome | None:
-    candidates, order = system.program.candidates, system.asking
-    others = [f for f in order if isinstance(f, FixedSlot)]
+    candidates, order, others = system.program.candidates, system.asking, system.asking_besides
     motions = free_motions(system, place, tuple(f.slot for f in others))
     if motions is None:
         return None
@@ -104,22 +107,26 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
             beside.extend(gradients(system, place, others) @ motions)
         return beside[others.index(item)]
 
-    span = Directions(motions.shape[1], row)
-    taken = [span.add(item) for item in order]
-    held = [c.fixed for c in candidates]
-    extra = []
-    for item, independent in zip(order, taken, strict=True):
+    count = motions.shape[1]
+    span, held, extra = Directions(count, row), [*_fixed(system.program)], list[FixedSlot]()
+    taken, dependent = list[bool](), list[int]()
+    for item in order:
+        independent = len(span.held) < count and span.add(item)
+        taken.append(independent)
         if isinstance(item, FixedSlot):
             extra += [item] if independent else []
-        else:
-            held[item] |= independent
-    redundant = tuple(
-        (i, tuple(p for p in span.partners(i) if isinstance(p, int)))
-        for i, independent in zip(order, taken, strict=True)
-        if not isinstance(i, FixedSlot) and candidates[i].fixed and not independent
-    )
-    plain = sum(taken) == motions.shape[1] and taken == sorted(taken, reverse=True)
-    return _Outcome(taken, plain, Choice(tuple(held), redundant, tuple(extra)))
+        elif independent:
+            held[item] = True
+        elif candidates[item].fixed:
+            dependent.append(item)
+    redundant = [(i, tuple(p for p in span.partners(i) if isinstance(p, int))) for i in dependent]
+    plain = len(span.held) == count and taken == sorted(taken, reverse=True)
+    return _Outcome(taken, plain, Choice(tuple(held), tuple(redundant), tuple(extra)))
+
+
+@once
+def _fixed(program: Program) -> tuple[bool, ...]:
+    return tuple(c.fixed for c in program.candidates)
 
 
 def _closed(system: System, u: Vector) -> Vector | None:
@@ -148,20 +155,37 @@ class Directions:
     def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
         import numpy as np
 
-        self.row, self._basis = row, np.empty((count, count))
-        self.held: list[int | FixedSlot] = []
+        self.row, self._few, self.held = row, count <= FEW, list[int | FixedSlot]()
+        self._units: list[list[float]] = []
+        self._basis = np.empty((0 if self._few else count, count))
+        self._count = count
 
     def add(self, item: int | FixedSlot) -> bool:
         """Hold what is independent of those held before."""
         count = len(self.held)
-        if count == len(self._basis):
+        if count == self._count:
             return False
+        if self._few:
+            return self._add(item)
         row, basis = self.row(item), self._basis[:count]
         rest = row - (basis @ row) @ basis
         length = math.sqrt(rest @ rest)
         if length <= INDEPENDENT:
             return False
         self._basis[count] = rest / length
+        self.held.append(item)
+        return True
+
+    def _add(self, item: int | FixedSlot) -> bool:
+        row: list[float] = self.row(item).tolist()
+        rest = row
+        for unit in self._units:
+            along = sum(map(mul, row, unit))
+            rest = [x - along * u for x, u in zip(rest, unit, strict=True)]
+        length = math.hypot(*rest)
+        if length <= INDEPENDENT:
+            return False
+        self._units.append([x / length for x in rest])
         self.held.append(item)
         return True
 

@@ -50,7 +50,10 @@ class _Ends(Data):
 def judge_longest(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The warning about a part that is far longer than all others."""
     _, take = _parts(program)
-    if all(abs(value) < _PLAUSIBLE / 3 for value in take(kernel.w)):
+    for value in take(kernel.w):
+        if not -_PLAUSIBLE / 3 < value < _PLAUSIBLE / 3:
+            break
+    else:
         return None
     lengths = lengths_of_parts(program, kernel)
     return _far_longer(program, kernel, lengths) or _thin(program, kernel, lengths)

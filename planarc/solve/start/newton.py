@@ -84,12 +84,17 @@ def _row_sizes(jacobian: Vector) -> Vector:
 
 
 def solve(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
-    """Newton with least-norm steps and a line search, then Levenberg and Marquardt."""
-    import numpy as np
-
+    """The root that the function itself finds, or by `search`."""
     straight: Straight | None = getattr(f, "root", None)
     if straight is not None and (found := straight(guess)) is not None:
         return found
+    return search(f, guess, iterations)
+
+
+def search(f: Residuals, guess: Vector, iterations: int = 60) -> Root:
+    """Newton with least-norm steps and a line search, then Levenberg and Marquardt."""
+    import numpy as np
+
     r = f(guess)
     if r is None:  # perhaps a singular position: begin beside it
         guess = guess + 1e-3 * np.cos(1.0 + 2.0 * np.arange(len(guess)))

@@ -116,18 +116,13 @@ def _finish(
 
         # Judging has evaluated other places: the kernel is to say what fails at this one.
         raise not_evaluated(system, system.evaluate_flag(values))
-    w = system.kernel.w
-    return Start(
-        tuple(float(v) for v in values),
-        (
-            *(
-                Held(c.display, float(w[c.start]), float(v), bool(h))
-                for c, v, h in zip(program.candidates, values, held, strict=True)
-            ),
-            *(
-                Held(f.display, float(w[f.start]), float(w[f.slot]), f in system.conditions)
-                for f in program.fixed
-                if system.written(f) and not f.display.startswith(MISFIT)
-            ),
-        ),
-    )
+    w, found = system.kernel.w, values.tolist()
+    told = [
+        Held(c.display, float(w[c.start]), v, bool(h))
+        for c, v, h in zip(program.candidates, found, held, strict=True)
+    ]
+    for f in program.fixed:
+        if system.written(f) and not f.display.startswith(MISFIT):
+            wanted, value = float(w[f.start]), float(w[f.slot])
+            told.append(Held(f.display, wanted, value, f in system.conditions))
+    return Start(tuple(found), tuple(told))

@@ -22,8 +22,11 @@ def solve_stage(
     system: System, u: Vector, rows: Sequence[int], columns: Sequence[int]
 ) -> newton.Root:
     """A root of some rows as a function of some candidates."""
+    point = system.root(u, rows, columns)
+    if point is not None and (residuals := system(point)) is not None:
+        return newton.Root(point, residuals[list(rows)], True)
     part = Part(system, u, rows, columns)
-    root = newton.solve(part, u[list(columns)])
+    root = newton.search(part, u[list(columns)])
     return newton.Root(part.point(root.point), root.residuals, root.converged)
 
 

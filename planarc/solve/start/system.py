@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec.structs import replace
 
-from planarc.ir.kernel import Kernel
+from planarc.core.data import Data
+from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
-from planarc.ir.program import CandidateSlot, FixedSlot, Program
+from planarc.ir.program import BlockCode, CandidateSlot, FixedSlot, Program
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import newton
 
@@ -51,14 +52,9 @@ class System:
         self.follow = follow
         self.program, self.kernel, self.t, self.given = program, kernel, t, given
         self.rescue = Rescue(program, kernel) if rescue is None else rescue
-        self.conditions = (*(f for f in program.fixed if f.fixed), *others)
-        self.blocks = [(i, b) for i, b in enumerate(program.blocks) if b.height > 0]
-        self.block_rows: dict[int, range] = {}
-        count = 0
-        for i, block in self.blocks:
-            self.block_rows[i] = range(count, count + len(block.residuals))
-            count += len(block.residuals)
-        self.initial_rows = range(count, count + len(program.initial_residuals))
+        form = form_of(program)
+        self.blocks, self.block_rows = form.blocks, form.block_rows
+        self.initial_rows, self.conditions = form.initial_rows, (*form.fixed, *others)
         count = self.initial_rows.stop
         self.fixed_rows = range(count, count + len(self.conditions))
         self.rows = self.fixed_rows.stop
@@ -70,6 +66,8 @@ class System:
         self.forceless = False
         #: All derivatives at the last place where they were wanted, and of which variables.
         self._known: tuple[bytes, tuple[int, ...], Vector] | None = None
+        #: The place that the workspace was left at, and all rows there; None of any other place.
+        self._last: tuple[bytes, Vector] | None = None
 
     def holding(self, others: Sequence[FixedSlot]) -> System:
         """The system with some more variables held."""
@@ -88,29 +86,43 @@ class System:
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
-        said = start.written if isinstance(start, FixedSlot) else start.start_written
-        return said or start.fixed or start.start in self.given
+        return start.start in self.given or _says(start)
 
     @cached_property
     def asking(self) -> list[int | FixedSlot]:
         """All that asks to be held: fixed candidates (by number), then all that was written, by
         StateSelect and declaration."""
-        return [item for item, start in _ranked(self.program) if self.written(start)]
+        given = self.given
+        return [item for item, start, said in _ranked(self.program) if said or start.start in given]
+
+    @cached_property
+    def asking_besides(self) -> list[FixedSlot]:
+        """The variables among these that are no candidates."""
+        return [f for f in self.asking if isinstance(f, FixedSlot)]
 
     # Values
 
     def evaluate_flag(self, u: Vector) -> int:
+        self._last = None
+        if self._form is not None and self._form.differences(self.t, u, (), (), False) is not None:
+            return 0
         given = u.tolist()
         return self.rescue.overcome(self.t, lambda: self.kernel.residuals(self.t, given, self._r))
 
     def finite(self, u: Vector) -> bool:
-        return all(map(math.isfinite, u.tolist())) and all(
-            math.isfinite(self.kernel.w[c.derivative]) for c in self.program.candidates
-        )
+        rates = form_of(self.program).rates(self.kernel.w)
+        return all(map(math.isfinite, u.tolist())) and all(map(math.isfinite, rates))
 
     def __call__(self, u: Vector) -> Vector | None:
         """All rows; None where one is not finite."""
-        return self.values(u, ())
+        found = self.values(u, ())
+        self._last = None if found is None else (u.tobytes(), found)
+        return found
+
+    def again(self, u: Vector) -> Vector | None:
+        """The same, known already where it was asked for this place last and nothing else since."""
+        last = self._last
+        return last[1] if last is not None and last[0] == u.tobytes() else self(u)
 
     def values(self, u: Vector, slots: tuple[int, ...]) -> Vector | None:
         """All rows, then the values of some variables. The workspace is left at `u`. None where
@@ -118,7 +130,7 @@ class System:
         counts all the same, since redundant bars leave forces open at all of them."""
         import numpy as np
 
-        asked = (*self._slots, *slots)
+        asked, self._last = (*self._slots, *slots), None
         if self._form is not None:
             found = self._form.differences(self.t, u, (), asked, False)
             if found is None and self.evaluate_flag(u) == 0:  # with help
@@ -151,12 +163,13 @@ class System:
 
         if self._form is None or len(rows) != len(columns):
             return None
-        wanted = np.zeros(self.rows)
+        wanted, self._last = np.zeros(self.rows), None
         wanted[self.fixed_rows.start :] = self._wanted
         return self._form.root(self.t, u, tuple(columns), self._slots, rows, wanted)
 
     def motions(self, u: Vector, part: float) -> Vector | None:
         """`newton.kernel_of` all conditions, where machine code tells it."""
+        self._last = None
         return None if self._form is None else self._form.motions(self.t, u, self._slots, part)
 
     # Derivatives
@@ -179,6 +192,7 @@ class System:
     def _differences(
         self, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
     ) -> Vector | None:
+        self._last = None
         if self._form is not None:
             asked = (*self._slots, *slots)
             found = self._form.differences(self.t, u, columns, asked, self._is_below(asked))
@@ -200,8 +214,16 @@ class System:
     # Levels
 
     @cached_property
-    def stages(self) -> list[Stage]:
+    def stages(self) -> Sequence[Stage]:
         """Rows and candidates of each level, positions first, then of everything."""
+        if self.conditions:
+            return self._stages()
+        form = form_of(self.program)  # most have no conditions
+        if not form.stages:
+            form.stages.extend(self._stages())
+        return form.stages
+
+    def _stages(self) -> list[Stage]:
         found: list[Stage] = []
         heights = sorted({b.height for _, b in self.blocks}, reverse=True)
         for height in heights:
@@ -219,9 +241,33 @@ class System:
         return found
 
 
+class Form(Data):
+    """What the systems of a program have in common."""
+
+    blocks: tuple[tuple[int, BlockCode], ...]  # below the top, with their numbers
+    block_rows: dict[int, range]
+    initial_rows: range
+    fixed: tuple[FixedSlot, ...]  # the fixed variables that are no candidates
+    rates: Taker  # of the derivatives of candidates
+    stages: list[Stage]  # without conditions, once they were asked for
+
+
 @once
-def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | FixedSlot]]:
-    """All that may ask to be held, in the order in which it is: candidates by number."""
+def form_of(program: Program) -> Form:
+    blocks = tuple((i, b) for i, b in enumerate(program.blocks) if b.height > 0)
+    rows, count = dict[int, range](), 0
+    for i, block in blocks:
+        rows[i] = range(count, count + len(block.residuals))
+        count += len(block.residuals)
+    initial = range(count, count + len(program.initial_residuals))
+    fixed = tuple(f for f in program.fixed if f.fixed)
+    return Form(blocks, rows, initial, fixed, taker([c.derivative for c in program.candidates]), [])
+
+
+@once
+def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | FixedSlot, bool]]:
+    """All that may ask to be held, in the order in which it is: candidates by number. Last stands
+    whether the model says where it starts."""
     places, last = declared(program), len(program.columns)
 
     def rank(start: CandidateSlot | FixedSlot, fixed: bool) -> tuple[bool, int, int]:
@@ -230,7 +276,13 @@ def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | Fix
     found: list[tuple[tuple[bool, int, int], int | FixedSlot, CandidateSlot | FixedSlot]] = []
     found += [(rank(c, c.fixed), i, c) for i, c in enumerate(program.candidates)]
     found += [(rank(f, False), f, f) for f in program.fixed if not f.fixed]
-    return [(item, start) for _, item, start in sorted(found, key=lambda entry: entry[0])]
+    order = sorted(found, key=lambda entry: entry[0])
+    return [(item, start, _says(start)) for _, item, start in order]
+
+
+def _says(start: CandidateSlot | FixedSlot) -> bool:
+    """Whether the model says where it starts."""
+    return start.fixed or (start.written if isinstance(start, FixedSlot) else start.start_written)
 
 
 @once

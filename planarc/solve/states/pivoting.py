@@ -36,15 +36,15 @@ def choose_columns(g: Rows, classes: Sequence[int], never: int) -> list[int] | N
     a = _Many(g) if len(g) >= MANY else _Few(g)
     rows, left, chosen = list(range(len(g))), list(range(len(classes))), []
     while rows:
-        sizes = a.sizes(rows, left)
-        best = {j: size for j, size in zip(left, sizes, strict=True) if classes[j] < never}
+        sizes = zip(a.sizes(rows, left), left, strict=True)
+        best = [(size, classes[j], j) for size, j in sizes if classes[j] < never]
         if not best:
             return None
-        enough = GIVE_WAY * max(best.values())
-        lowest = min(classes[j] for j, size in best.items() if size >= enough)
+        enough = GIVE_WAY * max(best)[0]
+        lowest = min([kind for size, kind, _ in best if size >= enough])
         # Equal but for rounding counts as equal: the order decides, not the machine.
-        most = max(size for j, size in best.items() if classes[j] == lowest) * (1 - 1e-9)
-        column = next(j for j, size in best.items() if classes[j] == lowest and size >= most)
+        most = max([size for size, kind, _ in best if kind == lowest]) * (1 - 1e-9)
+        column = next(j for size, kind, j in best if kind == lowest and size >= most)
         left.remove(column)
         chosen.append(column)
         rows.remove(a.eliminate(rows, column, left))
@@ -59,7 +59,10 @@ class _Few:
 
     def sizes(self, rows: Sequence[int], columns: Sequence[int]) -> list[float]:
         """The largest size in each column."""
-        return [max(abs(self._a[r][j]) for r in rows) for j in columns]
+        sizes = [
+            max(map(abs, column)) for column in zip(*map(self._a.__getitem__, rows), strict=True)
+        ]
+        return [sizes[j] for j in columns]
 
     def eliminate(self, rows: Sequence[int], column: int, others: Sequence[int]) -> int:
         """Clear a column in all of the rows but the one with its largest entry, which is given;

@@ -85,21 +85,20 @@ class Selector:
     def __init__(self, program: Program, kernel: Kernel, measured: bool = False) -> None:
         """`measured`: the integrator itself measures the choice at every step."""
         self._program, self._kernel, self._measured = program, kernel, measured
-        self._leader = leaders_of(program)
+        form = _form_of(program)
+        self._leader = form.leaders
         #: Blocks with a choice to make of their own.
-        self.open = open_blocks(program)
+        self.open = form.open
         self._class: Sequence[int] = ()  # of each candidate, once its start is known
         #: |X| of blocks at the workspace's values, until it is asked for.
         self._present: dict[int, list[list[float]]] = {}
         self._determined: dict[int, list[int]] = {}
-        slots = [c for i in self.open for c in self._slots(i)]
         #: Blocks whose velocities are compared: those of accelerations would say nothing.
-        self._paced = [i for i in self.open if program.blocks[i].height > 1]
-        paced = sum(len(program.blocks[i].tears) for i in self._paced)
-        self.watch = Watch(slots, paced, self.open, len(slots))
+        self._paced = form.paced
+        self.watch = Watch(form.slots, form.speeds, self.open, len(form.slots))
         self._scale = self._scales()
         #: Blocks whose motion is given.
-        self._driven = driven_blocks(program)
+        self._driven = form.driven
         #: The last look found the choice so bad that what followed from it may be wrong.
         self.overdue = False
 
@@ -114,7 +113,10 @@ class Selector:
 
         Of equal candidates those become states that are held at the start.
         """
-        self._class = classes_of(self._program, held)
+        known, key = _classes(self._program), tuple(held)
+        if key not in known:
+            known[key] = classes_of(self._program, held)
+        self._class = known[key]
         for i, block in enumerate(self._program.blocks):
             if block.height > 0 and i not in self._leader:
                 self._determined[i] = self._pivot(i, block) if block.residuals else []
@@ -144,10 +146,6 @@ class Selector:
             elif block.height > 0 and block.residuals:
                 found[i] = np.zeros(n)
         return found
-
-    def _slots(self, i: int) -> list[int]:
-        block, candidates = self._program.blocks[i], self._program.candidates
-        return [c.slot for c in candidates[block.first : block.first + len(block.tears)]]
 
     def selection(self) -> list[int]:
         chosen: list[int] = []
@@ -349,6 +347,12 @@ class Selector:
         ]
 
 
+@once
+def _classes(program: Program) -> dict[tuple[int, ...], list[int]]:
+    """The classes of candidates, by those that are held at the start."""
+    return {}
+
+
 def classes_of(program: Program, held: Collection[int]) -> list[int]:
     """The class of each candidate: low ones should be determined, high ones should be states.
 
@@ -363,6 +367,32 @@ def classes_of(program: Program, held: Collection[int]) -> list[int]:
         if derivative is not None:
             classes[i] = max(classes[i], classes[derivative])
     return classes
+
+
+class _Form(Data):
+    """What the choices of a program have in common, as `Selector` has it."""
+
+    leaders: dict[int, tuple[int, dict[int, int]]]
+    open: tuple[int, ...]
+    slots: tuple[int, ...]  # of the tears of open blocks
+    paced: tuple[int, ...]
+    speeds: int  # tears of these
+    driven: frozenset[int]
+
+
+@once
+def _form_of(program: Program) -> _Form:
+    blocks, opened = program.blocks, open_blocks(program)
+    tears = {i: program.candidates[blocks[i].first :][: len(blocks[i].tears)] for i in opened}
+    paced = tuple(i for i in opened if blocks[i].height > 1)
+    return _Form(
+        leaders_of(program),
+        opened,
+        tuple(c.slot for i in opened for c in tears[i]),
+        paced,
+        sum(len(tears[i]) for i in paced),
+        driven_blocks(program),
+    )
 
 
 @once

@@ -1,0 +1,39 @@
+"""All that the rows of a run are judged by.
+
+In:   Result, the tolerance
+Out:  warnings and notes, in the order in which they are told
+
+    losses      energy that the steps of the run lost
+    reactions   parts of the user's own against the third law
+    accounts    parts of the user's own that miscount their energy
+    absurd      motions that were hardly meant
+    late        sources that begin after its end
+    still       nothing moves, where nothing else is told
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planarc.insight.absurd import judge_absurd
+from planarc.insight.accounts import judge_accounts
+from planarc.insight.late import judge_late
+from planarc.insight.losses import judge_losses
+from planarc.insight.reactions import judge_reactions
+from planarc.insight.still import judge_still
+
+if TYPE_CHECKING:
+    from planarc.core.diagnostic import Diagnostic
+    from planarc.ir.result import Result
+
+
+def judge(result: Result, tolerance: float) -> list[Diagnostic]:
+    lost = judge_losses(result, tolerance)
+    found = [] if lost is None else [lost]
+    found += judge_reactions(result)
+    found += judge_accounts(result)
+    found += judge_absurd(result)
+    found += judge_late(result)
+    if not found:
+        found += judge_still(result)
+    return found
