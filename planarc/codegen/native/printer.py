@@ -33,6 +33,7 @@ Promises:  no address is in the text: the object code made of it can be kept on 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
@@ -70,6 +71,8 @@ if TYPE_CHECKING:
 LONGEST_BLOCK = 200
 #: Lists whose statements are equal so often take less room as loops than spelled.
 REPEATED = 8
+#: Tears up to which sines and cosines of those that stay are kept, where code may take room.
+FEW_TEARS = 6
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -470,6 +473,9 @@ class _Section:
         again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
         before = c.label()
         record = self._record(block)
+        turned, body = _turned(code, 0 if self._small else FEW_TEARS)
+        known = {tear: c.variable(math.nan) for tear in turned}
+        found = {let: c.variable(0.0) for lets in turned.values() for let in lets}
         c.run("pc_start", self._frame, self._time, record)
         c.enter(before)
         c.enter(again)
@@ -477,7 +483,15 @@ class _Section:
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
         self._read_tears(code)
-        self._write(code.body[: code.inner])
+        for tear, lets in turned.items():
+            x, last = self._values[tear], known[tear]
+            with c.when(~x.equals(last.get())):
+                last.set(x)
+                for let in lets:
+                    found[let].set(self._value(let.value))
+            for let in lets:
+                self._values[let.target] = found[let].get()
+        self._write(body)
         c.line(f"br i1 {done}, label %{behind}, label %{work}")
         c.begin(work)
         self._work(block, code)
@@ -524,3 +538,16 @@ class _Section:
             ):
                 pointer, index = self._loops.at(matrix, [i * n + j for j in columns])
                 pointer.store(real(c, self._value(entry)), index)
+
+
+def _turned(code: BlockCode, most: int) -> tuple[dict[Expr, list[Let]], list[Statement]]:
+    """Sines and cosines of the tears of a block with so many of them at `most`, and all else of its
+    body: one tear is a state mostly, and need not be turned again in each step of Newton's method.
+    """
+    body, turned = list(code.body[: code.inner]), dict[Expr, list[Let]]()
+    for s in body if len(code.tears) <= most else ():
+        turns = isinstance(s, Let) and s.value.op is Op.CALL and s.value.data in ("sin", "cos")
+        if turns and s.value.args[0] in code.tears and s.target.op is Op.SYMBOL:
+            turned.setdefault(s.value.args[0], []).append(s)
+    moved = [let for lets in turned.values() for let in lets]
+    return turned, [s for s in body if s not in moved]
