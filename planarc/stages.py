@@ -243,7 +243,7 @@ def attachment_warnings(
     from planarc.insight.attachment import attachment_warnings as find
     from planarc.insight.copied import copied_connections
     from planarc.insight.massless import idle_drives, stopped_alone
-    from planarc.insight.open_ends import bare_joints
+    from planarc.insight.open_ends import bare_joints, bare_rods
     from planarc.insight.slipping import slipping_wheels
     from planarc.insight.unsprung import unsprung_bodies
 
@@ -253,6 +253,7 @@ def attachment_warnings(
     for find_drives in (idle_drives, stopped_alone):
         drives += () if loose or drives else find_drives(dae, mechanism)
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
+    doubts = doubts or (() if held else (*bare_rods(dae, mechanism),))
     doubts = doubts or tuple(unsprung_bodies(dae, mechanism))
     return (*found, *drives, *doubts, *told)
 

@@ -88,6 +88,31 @@ def bare_joints(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
         )
 
 
+def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """The warnings about rods without mass, of which one end has two connections and the other one
+    has none: what was to hang on that end hangs on this one."""
+    connected = {name for names in dae.connections if len(names) > 1 for name in names}
+    heavy = {owner(p.name) for p in dae.parameters if p.name.endswith(".m")}
+    joints = {joint.name for joint in mechanism.joints}
+    for link in mechanism.links[1:]:
+        for end in (f for f in link.frames if f.count(".") == 1 and f not in connected):
+            part = owner(end)
+            inside = [f for f in link.frames if owner(f) == part]
+            if part in joints or part in heavy or len(inside) != 2:
+                continue
+            hint, related = _instead(dae, end, "")
+            if hint:
+                yield Diagnostic(
+                    "S323",
+                    f"`{part}` changes nothing: it has no mass, and `{end}` is connected to "
+                    "nothing",
+                    place(dae, part),
+                    Severity.WARNING,
+                    hint=hint,
+                    related=related,
+                )
+
+
 def _instead(dae: Dae, end: str, hint: str) -> tuple[str, tuple[Related, ...]]:
     """What to do about an open end where two parts are connected to the other one, else `hint`;
     and where the second of these is connected."""

@@ -24,7 +24,7 @@ from planarc.ir.places import own_part, owner
 #: What all blocks call their inputs: `u`, `u1`, `u_s`, `u[2]`. Whatever takes one is no source.
 _INPUT = re.compile(r"\.u(\d+|_\w+)?(\[\d+\])?$")
 #: Angles that nobody means in radian.
-_DEGREES = (45, 90, 135, 180, 270, 360)
+_DEGREES = (30, 45, 60, 90, 120, 135, 150, 180, 270, 360)
 
 
 #: The two inputs of blocks that take a difference.

@@ -6,6 +6,7 @@ The file is long because a start fails in several ways, and each message asks th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import hypot
 from operator import add
 from typing import TYPE_CHECKING
 
@@ -342,7 +343,7 @@ def _at_home(
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
         closed = "cannot be assembled" in message
-        off = _off(abs(worst[0][0]))
+        off = _off(_distance(worst))
         if closed:
             system(root.point)  # the workspace is there now
             length = squares_apart(program, system.kernel, worst[0][1])
@@ -353,6 +354,13 @@ def _at_home(
             message += f": at best it is off by {off}"
     told = replace(found, message=message, span=span, related=(*found.related, *related))
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
+
+
+def _distance(worst: Sequence[tuple[float, EquationInfo]]) -> float:
+    """How far the worst equation is off, with the others of its vector."""
+    (value, info), *others = worst
+    beside = (v for v, i in others if i.span == info.span and i.component == info.component)
+    return hypot(value, *beside)
 
 
 def _not_reachable(
@@ -391,7 +399,9 @@ def _not_reachable(
         length += other_side(program, system.kernel, around, values[0], reached[0])
         parts = _parts(system, rows, columns, root.residuals)
         lengths = lengths_in_loop(program, system.kernel, parts)
-        related = _much_shorter(program, lengths, around[0])
+        gap = _distance(worst) if worst else 0.0
+        related = _much_shorter(program, lengths, around[0], gap)
+        length += _and_places(system, parts).replace(", and", ", or")
     return _at_home(
         system,
         root,
@@ -415,12 +425,12 @@ def _not_reachable(
 
 
 def _much_shorter(
-    program: Program, lengths: Mapping[str, float], turned: str
+    program: Program, lengths: Mapping[str, float], turned: str, gap: float
 ) -> tuple[Related, ...]:
-    """The note about a bar that is much shorter than all others of its loop, and no crank, which
-    the joint that is `turned` carries."""
+    """The note about a bar that is much shorter than all others of its loop, and than the `gap` in
+    it; and no crank, which the joint that is `turned` carries."""
     shortest, *others = sorted(lengths, key=lambda name: lengths[name]) or [""]
-    if len(others) < 2 or _SHORT * lengths[shortest] > lengths[others[0]]:
+    if len(others) < 2 or lengths[shortest] > min(gap, lengths[others[0]] / _SHORT):
         return ()
     mechanism, part = program.mechanism, own_part(program, shortest)
     joint = next((j for j in mechanism.joints if j.name == turned), None) if mechanism else None
