@@ -52,7 +52,7 @@ def _run() -> int:
 
     # A command ends soon, and most of what it makes lives until then: look for cycles
     # seldom. That takes a third off a check with many library classes.
-    gc.set_threshold(10_000_000, 10, 10)
+    gc.set_threshold(1_000_000, 10, 10)
 
     # OpenBLAS's threads wait by spinning, which counts as work of the processor, and the
     # matrices of planar mechanisms are too small for them.

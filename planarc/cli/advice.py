@@ -184,4 +184,6 @@ def _told(error: Exception) -> Diagnostic:
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
     hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
+    if re.search(r"unexpected extra argument.*\.(pmo|mo)\b", message):
+        hint = "a command takes one file: run it once for each"
     return Diagnostic("C100", message, hint=hint)

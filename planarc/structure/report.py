@@ -298,7 +298,9 @@ def _over(
     chosen = _equations(dae, elimination, equations)
     surplus = len(equations) - len(variables)
     owners = own_names(dae, (_driver(dae, e.component) for e in chosen if e.component))
-    unknowns = _names([elimination.kept[v] for v in variables])
+    units = {v.name: v.unit for v in dae.variables}
+    kept = [elimination.kept[v] for v in variables]
+    unknowns = _names([n for n in kept if units.get(n)] or kept)  # what has a unit, before signals
     what = "these equations or connections"
     message = f"{counted(len(equations), 'equation')} for {counted(len(variables), 'unknown')} "
     message += f"({unknowns}): {surplus} too many"
