@@ -14,6 +14,7 @@ from pytest_lsp import ClientServerConfig, LanguageClient
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PATIENCE = 60.0
+_LONGEST = 10 * PATIENCE  # seconds of one session
 _COMMAND = [sys.executable, "-m", "planarc", "lsp"]
 
 
@@ -63,10 +64,15 @@ class Editor:
 
 @pytest_lsp.fixture(config=ClientServerConfig(server_command=_COMMAND))
 async def client(lsp_client: LanguageClient) -> AsyncIterator[None]:
+    # A question without an answer fails its test, and does not hold up all others.
+    server = lsp_client._server
+    assert server is not None
+    end = asyncio.get_running_loop().call_later(_LONGEST, server.kill)
     await lsp_client.initialize_session(
         lsp.InitializeParams(capabilities=lsp.ClientCapabilities(), root_uri=EXAMPLES.as_uri())
     )
     yield
+    end.cancel()
     await lsp_client.shutdown_session()
 
 
