@@ -113,8 +113,9 @@ class Checker(Struct):
         side, wanted = sides[0], unit.divide(other, lacking)
         if side is None or isinstance(side, str):
             return None
-        factors = [f for f in _factors(side) if isinstance(f, flat.Reference)]
-        fitting = [f for f in factors if (k := self.units.get(f.name)) and _agree(k, wanted)]
+        factors = [*_factors(side)]
+        named = [f for f in factors if isinstance(f, flat.Reference) and len(factors) > 1]
+        fitting = [f for f in named if (k := self.units.get(f.name)) and _agree(k, wanted)]
         if len(fitting) != 1 or wanted[:-1] == NUMBER:
             return None
         name = " ".join(fitting[0].span.text.split())
