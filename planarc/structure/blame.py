@@ -290,12 +290,17 @@ def _given_parameters(dae: Dae, too_many: Sequence[Equation]) -> Diagnostic | No
     value = f"{name} = {text(first.right)}"
     written = f"`{owner}({value})`" if owner else f"`{value}`"
     what, rest = ("parameters", "equations") if others else ("a parameter", "equation")
+    hint = f"give {'each its' if others else 'it its'} value where it is declared, {written}, "
+    hint += f"and remove the {rest}"
+    changing = (Op.TIME, Op.EVENT, Op.PRE)
+    leaves = [e for e in postorder(e.right for e in too_many) if not e.args]
+    if any(e.op in changing or (e.is_symbol and e.name not in parameters) for e in leaves):
+        hint = f"what changes in a run is no parameter: declare `{name}` without `parameter`"
     return Diagnostic(
         "S302",
         f"{names} {be(count)} {what}, which no equation decides: {shown} {be(count)} too many",
         first.span,
-        hint=f"give {'each its' if others else 'it its'} value where it is declared, {written}, "
-        f"and remove the {rest}",
+        hint=hint,
         related=tuple(Related(f"{e.shown} stands here", e.span) for e in others[:_SHOWN]),
     )
 

@@ -52,6 +52,9 @@ _SAME_SCALE = 1e-9  # difference of logarithms
 #: What is mostly forgotten, or too many, in a product.
 _FACTORS = {"m": "a length", "s": "a time or a `der`", "kg": "a mass", "m/s2": "gravity"}
 
+#: How a joint's coordinate and its derivatives are called: those of a hinge, and of a slide.
+_MOTIONS = ("phi", "w", "a", "s", "v")
+
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
 
@@ -103,9 +106,32 @@ class Checker(Struct):
             ratios = (unit.unit_text(r[:-1]) for r in (unit.divide(a, b), unit.divide(b, a)))
             found = next((r for r in ratios if r in _FACTORS), None)
             hint = found and f"they differ by a factor in `{found}`: look for {_FACTORS[found]}"
-            hint = self.square(a, b, sides) or self.square(b, a, sides[::-1]) or hint
+            for find in (self.sibling, self.square):
+                told = find(a, b, sides) or find(b, a, sides[::-1])
+                if told:
+                    hint = told
+                    break
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
+
+    def sibling(self, lacking: Dimension, other: Dimension, sides: Sides) -> str | None:
+        """The hint at `hinge.w` where the first side has `hinge.phi` as its factor, and the speed
+        would give it the unit of the other one."""
+        side, ratio = sides[0], unit.divide(other, lacking)
+        if side is None or isinstance(side, str):
+            return None
+        for factor in _factors(side):
+            name = factor.name if isinstance(factor, flat.Reference) else ""
+            owner, _, last = name.rpartition(".")
+            own = self.units.get(name)
+            if last not in _MOTIONS or own is None:
+                continue
+            wanted = unit.multiply(own, ratio)
+            for meant in _MOTIONS:
+                known = self.units.get(f"{owner}.{meant}")
+                if owner and known is not None and _agree(known, wanted):
+                    return f"perhaps `{owner}.{meant}` is meant, and not `{name}`"
+        return None
 
     def square(self, lacking: Dimension, other: Dimension, sides: Sides) -> str | None:
         """The hint at the one factor of the first side whose square would give it the unit of the
@@ -122,11 +148,11 @@ class Checker(Struct):
         return f"a square may be missing: `{name}^2` would make them agree"
 
     def text(self, known: Dimension, side: flat.Expression | str | None) -> str:
-        """A unit as it was declared, where it is that of a variable."""
+        """A unit as it was declared, where it is that of a variable, or of a sum of variables."""
         if isinstance(side, str):
             return side
-        inside = () if side is None else nodes_of([side])
-        names = (e.name for e in inside if isinstance(e, flat.Reference))
+        terms = () if side is None else _terms(side)
+        names = (e.name for e in terms if isinstance(e, flat.Reference))
         texts = (self.declared.get(n) for n in names if self.units.get(n) == known)
         return next((t for t in texts if t), None) or _text(known)
 
