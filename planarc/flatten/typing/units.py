@@ -36,7 +36,7 @@ from planarc.core.quantity import in_unit, measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
 from planarc.ir import flat
-from planarc.ir.flatwalk import inside, nodes_of
+from planarc.ir.flatwalk import inside
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
