@@ -242,6 +242,7 @@ def attachment_warnings(
         return told
     from planarc.insight.attachment import attachment_warnings as find
     from planarc.insight.copied import copied_connections
+    from planarc.insight.hung import loads_on_axes
     from planarc.insight.massless import idle_drives, stopped_alone
     from planarc.insight.open_ends import bare_joints, bare_rods
     from planarc.insight.slipping import slipping_wheels
@@ -253,7 +254,9 @@ def attachment_warnings(
     for find_drives in (idle_drives, stopped_alone):
         drives += () if loose or drives else find_drives(dae, mechanism)
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
-    doubts = doubts or (() if held else (*bare_rods(dae, mechanism),))
+    doubts = doubts or (
+        () if held else (*bare_rods(dae, mechanism), *loads_on_axes(dae, mechanism))
+    )
     doubts = doubts or tuple(unsprung_bodies(dae, mechanism))
     return (*found, *drives, *doubts, *told)
 
