@@ -473,7 +473,8 @@ class _Section:
         again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
         before = c.label()
         record = self._record(block)
-        turned, body = _turned(code, 0 if self._small else FEW_TEARS)
+        few = not self._small and len(code.tears) <= FEW_TEARS
+        turned, body = _turned(code, lambda e: few and not self._memory(e))
         known = {tear: c.variable(math.nan) for tear in turned}
         found = {let: c.variable(0.0) for lets in turned.values() for let in lets}
         c.run("pc_start", self._frame, self._time, record)
@@ -540,14 +541,16 @@ class _Section:
                 pointer.store(real(c, self._value(entry)), index)
 
 
-def _turned(code: BlockCode, most: int) -> tuple[dict[Expr, list[Let]], list[Statement]]:
-    """Sines and cosines of the tears of a block with so many of them at `most`, and all else of its
-    body: one tear is a state mostly, and need not be turned again in each step of Newton's method.
-    """
+def _turned(
+    code: BlockCode, may_stay: Callable[[Expr], bool]
+) -> tuple[dict[Expr, list[Let]], list[Statement]]:
+    """Sines and cosines of the tears of a block, and all else of its body: one tear is a state
+    mostly, and need not be turned again in each step of Newton's method. `may_stay`: whether a
+    value lives in a register alone; any other one is written where it belongs."""
     body, turned = list(code.body[: code.inner]), dict[Expr, list[Let]]()
-    for s in body if len(code.tears) <= most else ():
+    for s in body:
         turns = isinstance(s, Let) and s.value.op is Op.CALL and s.value.data in ("sin", "cos")
-        if turns and s.value.args[0] in code.tears and s.target.op is Op.SYMBOL:
+        if turns and s.value.args[0] in code.tears and may_stay(s.target):
             turned.setdefault(s.value.args[0], []).append(s)
     moved = [let for lets in turned.values() for let in lets]
     return turned, [s for s in body if s not in moved]
