@@ -18,7 +18,9 @@ So an unknown may stand only inside sums, products, whole powers and the functio
 `inverse` is defined exactly where there is a solution.
 
 Promises:  an answer is the only solution wherever there is one, and divides by nothing
-           that may vanish.
+           that may vanish. It tells whether it is one everywhere: of x = log(y) that is not
+           known, and where Newton's method may pass by y < 0 on its way, the equation is better
+           left as it is.
 """
 
 from __future__ import annotations
@@ -26,8 +28,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 from functools import reduce
+from math import inf
 from typing import TypeAlias
 
+from planarc.core.data import Data
 from planarc.ir.calculus import formula
 from planarc.ir.expr import Expr, Exprs, Op, postorder
 from planarc.runtime import elementary
@@ -51,14 +55,21 @@ class _NoSum(Exception):
     """An expression that is no sum of such products, or a long one."""
 
 
+class Answer(Data):
+    """The value of an unknown, and whether it is one whatever its other symbols are."""
+
+    value: Expr
+    everywhere: bool
+
+
 class Algebra:
     """Answers for one model."""
 
     def __init__(self, table: Exprs, contents: Contents, signs: Signs) -> None:
         self._table, self._contents, self._signs = table, contents, signs
 
-    def solve(self, residual: Expr, unknown: Expr) -> Expr | None:
-        """The value of `unknown` where residual = 0, or None where that is not safe."""
+    def solve(self, residual: Expr, unknown: Expr) -> Answer | None:
+        """What `unknown` is where residual = 0, or None where that is not safe."""
         nodes = postorder((residual,))
         if len(nodes) > _LARGEST or not all(map(_may_hold, self._around(nodes, unknown))):
             return None
@@ -71,7 +82,8 @@ class Algebra:
         """The nodes that hold the unknown."""
         return (e for e in nodes if e.args and unknown in self._contents(e))
 
-    def _solve(self, residual: Expr, unknown: Expr) -> Expr | None:
+    def _solve(self, residual: Expr, unknown: Expr) -> Answer | None:
+        everywhere = True
         while True:
             terms = self._expanded(residual, unknown)
             leaves = {leaf for product in terms for leaf, _ in product}
@@ -81,10 +93,11 @@ class Algebra:
             (inner,) = moving
             value = self._affine(terms, inner)
             if value is None or inner is unknown:
-                return value
-            row = elementary.TABLE[inner.data]
-            if row.inverse is None or not self._signs(value) & row.sign:  # exp(x) = -1
+                return None if value is None else Answer(value, everywhere)
+            row, signs = elementary.TABLE[inner.data], self._signs(value)
+            if row.inverse is None or not signs & row.sign:  # exp(x) = -1
                 return None
+            everywhere &= not signs & ~row.sign and row.size == inf
             residual = self._table.sub(inner.args[0], *formula(self._table, row.inverse, value))
 
     def _expanded(self, e: Expr, unknown: Expr) -> Sum:

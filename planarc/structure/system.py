@@ -13,7 +13,7 @@ from msgspec import Struct, field
 
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Op
-from planarc.structure.algebra import Algebra
+from planarc.structure.algebra import Algebra, Answer
 from planarc.structure.expand import Expansion, Form
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.pantelides import Offsets
@@ -30,10 +30,14 @@ class Scalar(Data):
     form: Form
     unknowns: tuple[int, ...]  # numbers in System.unknowns
     factors: Mapping[int, Expr]
-    solved: Mapping[int, Expr]  # other closed forms, by the algebraist
+    solved: Mapping[int, Answer]  # other closed forms, by the algebraist
 
     def row(self) -> list[tuple[int, bool]]:
-        return [(v, v in self.factors or v in self.solved) for v in self.unknowns]
+        """Its unknowns, each with whether it is solved for it: beside others, which a method of
+        steps looks for, by what has a value everywhere."""
+        alone = len(self.unknowns) == 1
+        usable = {v for v, answer in self.solved.items() if alone or answer.everywhere}
+        return [(v, v in self.factors or v in usable) for v in self.unknowns]
 
 
 class System(Data):
@@ -74,7 +78,7 @@ class Systems(Struct):
     def solve(self, scalar: Scalar, v: int, symbol: Expr) -> Expr:
         """The value of unknown v (`symbol`) from an equation that can be solved for it."""
         if v in scalar.solved:
-            return scalar.solved[v]
+            return scalar.solved[v].value
         form, factor = scalar.form, scalar.factors[v]
         return solve_affine(self.table, self.contents, form.left, form.right, symbol, factor)
 
@@ -92,7 +96,7 @@ class Systems(Struct):
         unknowns = tuple(number[v] for v in self.active[e])
         return Scalar(form, unknowns, _without_rounding(factors), solved)
 
-    def _closed_form(self, e: int, order: int, v: int) -> Expr | None:
+    def _closed_form(self, e: int, order: int, v: int) -> Answer | None:
         if order:
             return None  # affine: the tree's rule has decided
         symbol = self.table.symbol(
