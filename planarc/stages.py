@@ -18,7 +18,6 @@ from planarc.core.diagnostic import (
     Diagnostic,
     HeldAgainst,
     Laborious,
-    Loose,
     Miscounted,
     PlanarcError,
     Related,
@@ -234,31 +233,9 @@ def attachment_warnings(
     dae: Dae, mechanism: Mechanism | None, held: Diagnostic | None = None
 ) -> tuple[Diagnostic, ...]:
     """What a user may not have meant: parts that float, that change nothing, and that are held."""
-    from planarc.insight.idle import idle_between_flanges
-    from planarc.insight.signals import find_misread
+    from planarc.insight.suspicions import find_suspicions
 
-    told = (*idle_between_flanges(dae), *find_misread(dae), *(() if held is None else (held,)))
-    if mechanism is None:
-        return told
-    from planarc.insight.attachment import attachment_warnings as find
-    from planarc.insight.copied import copied_connections
-    from planarc.insight.hung import loads_on_axes
-    from planarc.insight.massless import idle_drives, stopped_alone
-    from planarc.insight.open_ends import bare_joints, bare_rods
-    from planarc.insight.slipping import slipping_wheels
-    from planarc.insight.unsprung import unsprung_bodies
-
-    found = find(dae, mechanism)
-    loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
-    drives = [] if loose else [*bare_joints(dae, mechanism)]
-    for find_drives in (idle_drives, stopped_alone):
-        drives += () if loose or drives else find_drives(dae, mechanism)
-    doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
-    doubts = doubts or (
-        () if held else (*bare_rods(dae, mechanism), *loads_on_axes(dae, mechanism))
-    )
-    doubts = doubts or tuple(unsprung_bodies(dae, mechanism))
-    return (*found, *drives, *doubts, *told)
+    return find_suspicions(dae, mechanism, held)
 
 
 def _held_too_often(

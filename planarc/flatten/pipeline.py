@@ -59,6 +59,7 @@ from planarc.flatten.tree.nodes import (
     Element,
     Instance,
     Layout,
+    Leaf,
     Makers,
     Node,
     Part,
@@ -369,15 +370,16 @@ def _model(
         definition.comment,
         definition.name_span,
         figures=figures_of(root, root.session),
-        connects=_connects(found.joined.connections),
+        connects=_connects(found.joined.connections, Instance),
+        signals=_connects(found.joined.connections, Leaf),
     )
 
 
-def _connects(connections: Iterable[Connection]) -> tuple[flat.Connect, ...]:
+def _connects(connections: Iterable[Connection], kind: type[Node]) -> tuple[flat.Connect, ...]:
     return tuple(
         flat.Connect(c.left.name, c.right.name, c.span)
         for c in connections
-        if isinstance(c.left.node, Instance)
+        if isinstance(c.left.node, kind)
     )
 
 

@@ -35,6 +35,9 @@ _TURNING = "rad/s"
 _SPEEDS = ("m/s", _TURNING)
 #: A speed of turning, in rad/s, above those of turbines and drills: some 570,000 rpm.
 _FASTEST_TURN = 6e4
+#: A speed above which growth by the same number in equal times is told; this number, at least; and
+#: how much it may vary. A fall grows less, a pole that tips over ends below.
+_FAST, _LEAST, _STEADY = 30.0, 1.6, 1.5
 #: Powers of ten below that from which its growth is told.
 _DECADES = 6
 #: Ends pass through each other where the way between two rows leads past zero within this part of
@@ -118,6 +121,11 @@ def _runaway(result: Result) -> Diagnostic | None:
         return None
     sizes = np.abs(result.data[:, [column for _, column, _ in speeds]])
     if math.isfinite(largest := sizes.max(initial=0.0)) and largest <= _FASTEST_TURN:
+        if largest > _FAST and (k := _multiplying(result.time, sizes)) is not None:
+            at, ratio, span = k
+            name, _, unit = speeds[at]
+            message = f"grows {ratio:.2g} times every {span:.2g} s, to {sizes[-1, at]:.3g} {unit}"
+            return _told(result.program, name, message)
         return None
     with np.errstate(all="ignore"):
         beyond = sizes > _FASTEST
@@ -135,7 +143,29 @@ def _runaway(result: Result) -> Diagnostic | None:
     else:
         most = float(np.nanmax(sizes[:, at]))
         message = f"reaches {most:.3g} {unit}, which is {most / RPM:.3g} rpm: nothing turns as fast"
-    program = result.program
+    return _told(result.program, name, message)
+
+
+def _multiplying(time: Vector, sizes: Vector) -> tuple[int, float, float] | None:
+    """The speed that is multiplied in each tenth of the last half of a run, the number by which it
+    is, and the tenth; the most growing one."""
+    import numpy as np
+
+    rows = np.searchsorted(time, np.linspace(time[0], time[-1], 11)[5:])
+    span = float(time[-1] - time[0]) / 10
+    if len({*rows.tolist()}) < len(rows) or span <= 0:
+        return None
+    with np.errstate(all="ignore"):
+        ratios = sizes[rows[1:]] / sizes[rows[:-1]]
+        steady = (ratios.min(axis=0) > _LEAST) & (ratios.max(axis=0) < _STEADY * ratios.min(axis=0))
+        found = np.flatnonzero(steady & (sizes[-1] > _FAST))
+    if not len(found):
+        return None
+    at = int(found[np.argmax(sizes[-1, found])])
+    return at, float(np.median(ratios[:, at])), span
+
+
+def _told(program: Program, name: str, message: str) -> Diagnostic:
     part = own_part(program, name.rpartition(".")[0])
     drives = [d.component for d in program.declared if d.name == "suppliedPower"]
     own = own_names(program, drives)

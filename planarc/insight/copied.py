@@ -8,24 +8,29 @@ another part of that one's class has no such part at that frame, and its name go
 of the two: `bore2` with `piston2`. By itself this is told where it shows that something lacks: the
 frame of the other part is open, or the two are springs between the same two points.
 
+So it is with signals: two controllers read `encoder1.phi`, and nothing reads `encoder2.phi`.
+
 Example: `connect(bore2.frame_b, piston1.frame_a)`, where `piston2` was meant.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import takewhile
+from itertools import combinations, takewhile
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import both
 from planarc.insight.connectors import owner
 from planarc.ir.dae import Dae
+from planarc.ir.expr import symbols
 from planarc.ir.flat import Connect
-from planarc.ir.places import is_own
+from planarc.ir.places import is_own, own_part
 
 #: Letters that two names must have in common at their beginning to go together.
 _STEM = 4
+#: Parts of a class at one frame, at most, of which one may be too many there.
+_FEW = 4
 
 
 class _Twice(Data):
@@ -47,14 +52,21 @@ def find_copied(dae: Dae) -> Diagnostic | None:
 def copied_connections(dae: Dae) -> Iterator[Diagnostic]:
     """The warnings of those that lack something for certain."""
     joined = {n for names in dae.connections if len(names) > 1 for n in names}
+    joined |= {n for c in dae.signals for n in (c.left, c.right)}
     together = {n: k for k, names in enumerate(dae.connections) for n in names}
     for found in _all(dae):
         beside = [_other_ends(dae, end) for end in found.ends]
         parallel = any(
             a in together and together[a] == together.get(b) for a in beside[0] for b in beside[1]
         )
-        if found.meant not in joined or parallel:
+        if parallel or (found.meant not in joined and not _is_read(dae, found.meant)):
             yield _told(found)
+
+
+def _is_read(dae: Dae, name: str) -> bool:
+    """Whether an equation of the user's reads a signal."""
+    own = (e for e in dae.equations if not e.generated and is_own(dae, e.span))
+    return any(symbol.name == name for e in own for symbol in symbols(e.left, e.right))
 
 
 def _told(found: _Twice) -> Diagnostic:
@@ -73,13 +85,15 @@ def _all(dae: Dae) -> Iterator[_Twice]:
     classes = {p.name: p.class_name for p in dae.parts}
     at: dict[str, list[tuple[str, Connect]]] = {}
     pairs = set[frozenset[str]]()
-    for connect in dae.connects:
+    for connect in (*dae.connects, *dae.signals):
         if is_own(dae, connect.span):
             at.setdefault(connect.left, []).append((connect.right, connect))
             at.setdefault(connect.right, []).append((connect.left, connect))
             pairs.add(frozenset((owner(connect.left), owner(connect.right))))
     alike: dict[str, list[str]] = {}
     for name, kind in classes.items():
+        if (own := own_part(dae, name)) is None or own.name != name:
+            continue  # what is inside of a part of the library is connected there
         alike.setdefault(kind, []).append(name)
     for there, others in at.items():
         part, _, frame = there.rpartition(".")
@@ -99,13 +113,14 @@ def _all(dae: Dae) -> Iterator[_Twice]:
 def _of_one_kind(
     others: Sequence[tuple[str, Connect]], classes: Mapping[str, str]
 ) -> Iterator[tuple[tuple[str, Connect], tuple[str, Connect]]]:
-    """The frames that are two of one name and of parts of one class."""
+    """Each two of few frames that are of one name, and of parts of one class."""
     kinds: dict[tuple[str, str], list[tuple[str, Connect]]] = {}
     for name, connect in others:
         kinds.setdefault(_kind(name, classes), []).append((name, connect))
     for found in kinds.values():
-        if len(found) == 2 and owner(found[0][0]) != owner(found[1][0]):
-            yield found[0], found[1]
+        for one, two in combinations(found, 2) if len(found) <= _FEW else ():
+            if owner(one[0]) != owner(two[0]):
+                yield one, two
 
 
 def _kind(end: str, classes: Mapping[str, str]) -> tuple[str, str]:

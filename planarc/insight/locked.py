@@ -89,7 +89,8 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             if found is not None:
                 return _doubled(dae, part, end, free, found)
             rods = [o for o in others if o not in joints and owners[o] > 1]
-            if len(at_end) == 2 and not rods:
+            on_one_pin = any({owner(c.left), owner(c.right)} == {*at_end} for c in dae.connects)
+            if len(at_end) == 2 and not rods and not on_one_pin:
                 return _at_near_end(dae, part, end, free, (at_end[0], at_end[1]))
     return None
 
@@ -176,7 +177,8 @@ def _at_near_end(dae: Dae, part: str, end: str, free: str, joints: tuple[str, st
     message = (
         f"nothing is connected to `{free}`, and {both(joints)} turn about the same point: `{end}`"
     )
-    hint = f"connect `{onward}` to `{free}`, where `{part}` is to carry it"
+    hint = f"connect `{onward}` to `{free}`, where `{part}` is to carry it; if both are to turn "
+    hint += f"about one pin, connect them to each other, and `{part}` to one of them"
     return _told_at(dae, part, message, hint)
 
 

@@ -289,7 +289,8 @@ class Dae(Located):
     parts: tuple[Part, ...] = ()
     start_places: tuple[tuple[str, Span], ...] = ()  # of variables, see `ir.places`
     connections: tuple[tuple[str, ...], ...] = ()
-    connects: tuple[Connect, ...] = ()
+    connects: tuple[Connect, ...] = ()  # of physical connectors
+    signals: tuple[Connect, ...] = ()  # of inputs and outputs
     experiment: Experiment = field(default_factory=Experiment)
     description: str = ""
     span: Span = NOWHERE

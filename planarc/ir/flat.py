@@ -457,7 +457,7 @@ class Part(Located):
 
 
 class Connect(Located):
-    """A connection of two physical connectors, by their full names."""
+    """A connection of two connectors, by their full names."""
 
     left: str
     right: str
@@ -492,4 +492,5 @@ class FlatModel(Located):
     span: Span = NOWHERE
     figures: tuple[Figure, ...] = ()
     connects: tuple[Connect, ...] = ()
+    signals: tuple[Connect, ...] = ()  # the connections of inputs and outputs
     warnings: tuple[Diagnostic, ...] = ()

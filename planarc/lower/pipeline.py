@@ -88,6 +88,7 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         start_places=tuple(_start_places(source)),
         connections=source.connections,
         connects=source.connects,
+        signals=source.signals,
         experiment=source.experiment,
         description=source.description,
         span=source.span,

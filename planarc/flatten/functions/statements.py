@@ -231,7 +231,7 @@ def _loop(
     first = iterators[0]
     range_ = comprehension.iteration_range(first, env, node.body)
     local = flat.Reference(range_.type.element(), first.span, first.name)
-    body = _loop(iterators[1:], node, env.with_iterator(first.name, local))
+    body = _loop(iterators[1:], node, env.with_iterator(first, local))
     return (flat.ForStatement(node.span, env.component, first.name, range_, body),)
 
 

@@ -93,6 +93,9 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     short = size is not None and 0 < size < 5  # a size may be anything that a user writes
     vector = f"`{{{', '.join(['1', '0', '0', '0'][:size])}}}`" if short else ""
     if expected.dims and not actual.dims:
+        if size == _PLANE:  # a place or a direction, whose entries are hardly equal
+            given = span.text if _is_short(span) and actual.base in NUMERIC else "1"
+            return f"write {size} values in braces, such as `{{{given}, 0}}`"
         example = f"{size} values in braces, such as {vector}; " if short else ""
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not expected.dims and len(actual.dims) == 1:
@@ -106,6 +109,8 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     if matrices and expected.dims[1] != actual.dims[1]:
         rows, columns = expected.dims
         hint = f"write rows of {counted(columns, 'value')}" if columns else None
+        if columns and (rewritten := _in_rows(span, columns)):
+            return f"`;` ends a row: write `{rewritten}`"
         turned = columns == actual.dims[0] and rows in (None, *actual.dims)
         return (
             f"{hint}, or `transpose({span.text})`" if hint and turned and _is_short(span) else hint
@@ -123,6 +128,21 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     return decimal_comma(span) or values
 
 
+def _in_rows(span: Span, columns: int) -> str | None:
+    """A matrix that was written as one row, in rows of so many numbers."""
+    numbers = span.text.strip("[] \n").split(",")
+    rows = len(numbers) // columns
+    if not _is_short(span) or rows < 2 or rows * columns != len(numbers) or ";" in span.text:
+        return None
+    if any(c in span.text for c in "{("):
+        return None
+    entries = [n.strip() for n in numbers]
+    cut = (entries[i : i + columns] for i in range(0, len(entries), columns))
+    return f"[{'; '.join(', '.join(row) for row in cut)}]"
+
+
+#: The entries of a vector of the plane.
+_PLANE = 2
 #: The end of a vector of space that lies in the plane.
 _THIRD_ZERO = re.compile(r",\s*0(\.0*)?\s*\}\s*\Z")
 
@@ -144,6 +164,8 @@ def mismatch(
     expected: flat.Type, actual: flat.Type, what: str, span: Span, single: bool = False
 ) -> PlanarcError:
     hint = shape_hint(expected, actual, span) if base_conforms(expected, actual) else None
+    if expected.dims == (_PLANE,) and not actual.dims and what.startswith("the attribute"):
+        hint = f"write `each` before it, for all entries; or {(hint or '').removeprefix('write ')}"
     several = re.fullmatch(r"the value of `(\w+)\.(\w+)`", what)
     if (
         hint
@@ -168,7 +190,10 @@ def mismatch(
         hint = f"write `{type_text(expected)}.{span.text.strip(chr(34))}`"
     elif expected.literals and actual.base in NUMERIC:
         hint = literals_hint(expected)
-    message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
+    wanted, matrices = expected, len(expected.dims) == len(actual.dims) == 2
+    if matrices and expected.dims[0] == actual.dims[0]:  # any number of rows may do
+        wanted = replace(expected, dims=(None, expected.dims[1]))
+    message = f"{what} must be of type {type_text(wanted)}, but is {type_text(actual)}"
     mend = Each() if expected.dims and not actual.dims else None
     return error("F270", message, span, hint=hint, mend=mend)
 

@@ -379,6 +379,8 @@ class Env(Data):
     in_algorithm: bool = False
     #: the iterators of the loops around
     iterators: frozenset[str] = frozenset()
+    #: where the innermost of them is written
+    loop: Span | None = None
     #: true in the body of a loop that `break` can leave
     in_loop: bool = False
     in_when: bool = False
@@ -406,8 +408,9 @@ class Env(Data):
     def with_local(self, name: str, value: flat.Expression) -> Env:
         return replace(self, locals={**self.locals, name: value})
 
-    def with_iterator(self, name: str, value: flat.Expression) -> Env:
-        return replace(self.with_local(name, value), iterators=self.iterators | {name})
+    def with_iterator(self, iterator: syntax.Iterator, value: flat.Expression) -> Env:
+        inner, name = self.with_local(iterator.name, value), iterator.name
+        return replace(inner, iterators=self.iterators | {name}, loop=iterator.span)
 
     def picking(self) -> Env:
         return replace(self, picks=True)

@@ -80,7 +80,7 @@ def turns(loop: syntax.ForEquation | syntax.ForStatement, env: Env) -> Iterator[
         if values is None:
             raise unknown_value("the range of this loop must be known when compiling", loop.span)
         for value in values:
-            yield from inner(iterators[1:], env.with_iterator(iterators[0].name, value))
+            yield from inner(iterators[1:], env.with_iterator(iterators[0], value))
 
     return inner(loop.iterators, env)
 

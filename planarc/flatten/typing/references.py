@@ -297,8 +297,12 @@ def out_of_range(name: str, index: object, size: int, span: Span, env: Env) -> P
         message = f"the index {index} is outside of `{name}`, which has no members"
     if not at:
         return OutOfRange(Diagnostic("F219", message, span, hint=hint))
-    turn = f"{span.source.name}:{span.line} {index} {at}"  # its other arrays follow from one
-    return OutOfRange(TurnOnce("F219", message, span, hint=hint, kind=turn))
+    loop = env.loop
+    related = (Related("the loop is this one", loop),) if loop and loop.line != span.line else ()
+    # All others follow from one mistake, that of the loop's range: at its beginning, or at its end.
+    low = isinstance(index, int) and index < 1
+    kind = f"{loop.source.name}:{loop.start} {low}" if loop else f"{span.line} {index} {at}"
+    return OutOfRange(TurnOnce("F219", message, span, hint=hint, related=related, kind=kind))
 
 
 def _select(node: Family, chosen: Sequence[Chosen], k: int, offset: int) -> View:

@@ -234,6 +234,10 @@ def _reserved(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         message = "`connect(...)` is an equation, and no statement of an algorithm"
         hint = "write it behind `equation`"
         return Once("P101", message, token.span, hint=hint, kind="connect")
+    return _no_name(token)
+
+
+def _no_name(token: Token) -> Diagnostic:
     message = f"`{token.text}` is a reserved word and cannot be a name"
     hint = f"choose another name, or write it in single quotes: `'{token.text}'`"
     return Once("P105", message, token.span, hint=hint, kind=token.text)
@@ -255,6 +259,8 @@ def _wrong_end(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     opened = trouble.opened
     if previous and previous.type == "END" and repair.dropped == 1 and repair.inserted:
         word = BLOCKS.get(repair.inserted[0]) or (opened.text if opened else "")
+        if word == token.text:  # of a class of that name
+            return _no_name(token)
         message = f"expected `end {word}`, not `end {token.text}`"
         return Diagnostic("P102", message, token.span, related=trouble.opening)
     blocks = [kind for kind in repair.inserted if kind in BLOCKS]
