@@ -8,6 +8,7 @@ Out:  warnings and notes, in the order in which they are told
     accounts    parts of the user's own that miscount their energy
     absurd      motions that were hardly meant
     late        sources that begin after its end
+    limited     controllers that are at their limit
     still       nothing moves, where nothing else is told
 """
 
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING
 from planarc.insight.absurd import judge_absurd
 from planarc.insight.accounts import judge_accounts
 from planarc.insight.late import judge_late
+from planarc.insight.limited import judge_limited
 from planarc.insight.losses import judge_losses
 from planarc.insight.reactions import judge_reactions
 from planarc.insight.still import judge_still
@@ -34,6 +36,7 @@ def judge(result: Result, tolerance: float) -> list[Diagnostic]:
     found += judge_accounts(result)
     found += judge_absurd(result)
     found += judge_late(result)
+    found += judge_limited(result)
     if not found:
         found += judge_still(result)
     return found
