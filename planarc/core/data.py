@@ -66,11 +66,18 @@ def _content(kind: type[Located]) -> Callable[[Located], Any]:
 
 @contextmanager
 def without_collection() -> Iterator[None]:
-    """A while without Python's search for cycles: trees have few, and it takes a third of it."""
+    """A while without Python's search for cycles: trees have few, and it takes a third of it.
+
+    What was made in the while and is there still counts as old behind it: it is looked through when
+    Python looks through everything, and not three times at once.
+    """
     collecting = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collecting:
+            if not gc.get_freeze_count():  # what a caller has frozen stays so
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
