@@ -78,7 +78,8 @@ def find_moving(dae: Dae) -> frozenset[str]:
     return frozenset(
         equation.component
         for equation in dae.equations
-        if any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
+        if not equation.generated  # these name connectors
+        and any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
     )
 
 
