@@ -525,8 +525,8 @@ class Session:
     def take_apart(self) -> None:
         """Nobody asks for nodes any more: components let go of each other, and of their memory,
         without a search for cycles."""
-        instances = [*self.defaults.values(), *([] if self.root is None else [self.root])]
-        instances += [leaf.parent for leaf in self.leaves.values()]
+        instances = [*dict.fromkeys(leaf.parent for leaf in self.leaves.values())]
+        instances += [*self.defaults.values(), *([] if self.root is None else [self.root])]
         for instance in instances:
             for element in instance.elements.values():
                 node, element.node = element.node, None
