@@ -527,6 +527,12 @@ class Session:
         without a search for cycles."""
         instances = [*dict.fromkeys(leaf.parent for leaf in self.leaves.values())]
         instances += [*self.defaults.values(), *([] if self.root is None else [self.root])]
+        instances.append(self.root_scope.instance)
+        for cls in self.opened:
+            instances += [] if cls.static is None else [cls.static]
+            for part in [] if cls.layout is None else cls.layout.parts:
+                part.types = {}
+            cls.static, cls.layout, cls.lookups = None, None, {}
         for instance in instances:
             for element in instance.elements.values():
                 node, element.node = element.node, None
