@@ -79,7 +79,7 @@ def compile_model(
         lead = None if request.inputs else find_lead(model, dae, backend, clock)
         del model, dae  # what follows takes their room
         compiled = Compiled.of(program, backend, clock, in_one((*warnings, *notes)), lead)
-    remember(request, backend, target, compiled.as_remembered())
+        remember(request, backend, target, compiled.as_remembered())
     return compiled
 
 

@@ -53,7 +53,8 @@ class Samples:
 
     def _anew(self) -> RowValues:
         """Values of formulas, none of them known yet."""
-        return RowValues(lambda e: self._values.get(e, 0.0), lambda e, args: math.nan)
+        values = self._values  # and not the samples: no cycle
+        return RowValues(lambda e: values.get(e, 0.0), lambda e, args: math.nan)
 
     def set(self, symbol: Expr, values: Values) -> None:
         self._values[symbol] = values

@@ -20,6 +20,7 @@ import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from itertools import count
 from operator import attrgetter
 from typing import Any, dataclass_transform
 
@@ -64,13 +65,29 @@ def _content(kind: type[Located]) -> Callable[[Located], Any]:
     return attrgetter(*names) if names else lambda _: ()
 
 
+#: So many objects are worth sparing Python a search; once in so many times it searches through
+#: everything, for the few cycles there are.
+MANY, EVERY = 100_000, 4
+_turns = count(1)
+
+
 @contextmanager
 def without_collection() -> Iterator[None]:
-    """A while without Python's search for cycles: trees have few, and it takes a third of it."""
+    """A while without Python's search for cycles: trees have few, and it takes a third of it.
+
+    Where much was made in the while and is there still, it counts as old behind it: it is looked
+    through when Python looks through everything, and not three times at once.
+    """
     collecting = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if collecting:
+            if gc.get_count()[0] > MANY and not gc.get_freeze_count():
+                if next(_turns) % EVERY:  # what a caller has frozen would not stay so
+                    gc.freeze()
+                    gc.unfreeze()
+                else:
+                    gc.collect()
             gc.enable()

@@ -112,6 +112,8 @@ def flatten(
         raise PlanarcError(_ordered([*session.errors, *problem.diagnostics])) from None
     except RecursionError:
         raise error("F251", f"`{class_name}` is nested too deeply") from None
+    finally:
+        session.take_apart()
     if imbalance is not None:
         session.errors.append(imbalance.problem)
         if len(session.errors) == 1:

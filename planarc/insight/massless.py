@@ -108,7 +108,7 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
     # Nor is there an inertia on the shaft.
     driven = _driven([names for names in joined if len(names) == 2], efforts)
-    for link in _links(dae, mechanism):
+    for link in _links(dae, mechanism) if driven else ():
         joint = link.joints[0] if link.joints else ""
         if len(link.joints) == 1 and joint in driven and not link.heavy and len(link.around) <= 1:
             found = _unloaded(dae, mechanism, joint, link.frames, driven[joint])
@@ -129,7 +129,7 @@ def stopped_alone(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     driven = {owner(v.name).removesuffix(".axis") for v in dae.variables if ".axis." in v.name}
     driven -= {*mechanism.passive}
     elements = {*find_elements(dae)}
-    for link in _links(dae, mechanism):
+    for link in _links(dae, mechanism) if contacts or elements else ():
         joint, ends = link.joints[0] if link.joints else "", {*map(owner, link.frames)}
         beside = ends & (contacts | elements)
         others = ends - contacts - elements - {joint} - {*link.rigid}
@@ -166,11 +166,15 @@ def _links(dae: Dae, mechanism: Mechanism) -> Iterator[_Link]:
     sensors = find_sensors(dae, frames).keys()
     weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
     heavy = find_moving(dae) - weightless
+    joints_of: dict[int, list[str]] = {}
+    for j in mechanism.joints:
+        for number in dict.fromkeys(j.links):
+            joints_of.setdefault(number, []).append(j.name)
     for number, link in enumerate(mechanism.links):
         if number == GROUND:
             continue
         ends = Counter(owner(f) for f in link.frames if owner(f) not in sensors)
-        joints = [j.name for j in mechanism.joints if number in j.links]
+        joints = joints_of.get(number, [])
         rigid = [c for c, count in ends.items() if c not in joints and count > 1]
         # A joint inside of a part stands for that part.
         inside = {o for o in ends if any(j.startswith(f"{o}.") for j in joints)}

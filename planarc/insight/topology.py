@@ -78,7 +78,8 @@ def find_moving(dae: Dae) -> frozenset[str]:
     return frozenset(
         equation.component
         for equation in dae.equations
-        if any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
+        if not equation.generated  # these name connectors
+        and any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
     )
 
 
@@ -177,16 +178,17 @@ def _conditions(relations: Sequence[_Relation], frames: Iterable[str]) -> int:
     """
     inside = [r for r in relations if r.frames <= set(frames)]
     taken: dict[str, int] = {}
+    return sum(not _take(inside, i, taken, set()) for i in range(len(inside)))
 
-    def place(i: int, seen: set[str]) -> bool:
-        for unknown in sorted(inside[i].own - seen):
-            seen.add(unknown)
-            if unknown not in taken or place(taken[unknown], seen):
-                taken[unknown] = i
-                return True
-        return False
 
-    return sum(not place(i, set()) for i in range(len(inside)))
+def _take(relations: Sequence[_Relation], i: int, taken: dict[str, int], seen: set[str]) -> bool:
+    """Whether a relation can take one of its own unknowns; others may take another one for that."""
+    for unknown in sorted(relations[i].own - seen):
+        seen.add(unknown)
+        if unknown not in taken or _take(relations, taken[unknown], taken, seen):
+            taken[unknown] = i
+            return True
+    return False
 
 
 def _standing(relations: Sequence[_Relation]) -> set[str]:

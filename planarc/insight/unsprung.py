@@ -27,11 +27,13 @@ def unsprung_bodies(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     frames = [f for link in mechanism.links for f in link.frames]
     owners = [owner(f) for f in frames]
     springs = {c for c in find_elements(dae) if owners.count(c) == 2}
-    pins = find_pins(dae, mechanism) if springs else set()
+    if not springs:
+        return
+    pins = find_pins(dae, mechanism)
     weightless = {*find_sensors(dae, frames), *springs, *(j.name for j in mechanism.joints)}
     heavy = find_moving(dae) - weightless
     flanged = {owner(v.name).rpartition(".")[0] for v in dae.variables if ".axis." in v.name}
-    for number, link in enumerate(mechanism.links) if springs else ():
+    for number, link in enumerate(mechanism.links):
         joints = [j for j in mechanism.joints if number in j.links]
         parts = {owner(f) for f in link.frames}
         masses = parts & heavy

@@ -154,6 +154,10 @@ class Exprs:
         found = self._nodes[_SYMBOL].get(key)
         return self._new(key, _SYMBOL, (), key) if found is None else found
 
+    def symbols(self) -> list[Expr]:
+        """All symbols so far, in the order of their creation."""
+        return list(self._nodes[_SYMBOL].values())
+
     def knows(self, name: str) -> bool:
         """Whether there is a symbol of this name."""
         return (name, 0) in self._nodes[_SYMBOL]

@@ -9,7 +9,8 @@ the nodes below the data are written as columns, in the order of their numbers:
     arguments     their numbers, one after the other
     texts         those that numbers stand for
 
-and every expression in the data as its `Place`. A compilation leaves many nodes behind
+and every expression in the data as its `Place`, or with others as a `Placed`: most data is
+statements. A compilation leaves many nodes behind
 that nothing uses any more; these are not written.
 """
 
@@ -25,6 +26,7 @@ from typing import Any
 from planarc.core import plain
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Op
+from planarc.ir.program import Let
 
 #: Operations whose nodes have data.
 _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
@@ -36,6 +38,14 @@ class Place(Data):
     number: int
 
 
+class Placed(Data):
+    """What is written for a statement: the numbers of its target and value, and its equation."""
+
+    target: int
+    value: int
+    equation: int | None
+
+
 def dumps(value: object, table: Exprs) -> bytes:
     """`value` as bytes; all expressions in it belong to `table`."""
     buffer = io.BytesIO()
@@ -45,8 +55,13 @@ def dumps(value: object, table: Exprs) -> bytes:
         needed[e.id] = True
         return Place, (e.id,)
 
+    def set_of(let: Let) -> tuple[type[Placed], tuple[int, int, int | None]]:
+        target, value = let.target.id, let.value.id
+        needed[target] = needed[value] = True
+        return Placed, (target, value, let.equation)
+
     pickler = pickle.Pickler(buffer, pickle.HIGHEST_PROTOCOL)
-    pickler.dispatch_table = {Expr: place, Exprs: lambda _: (Place, (-1,))}
+    pickler.dispatch_table = {Expr: place, Let: set_of, Exprs: lambda _: (Place, (-1,))}
     pickler.dump(value)
     _mark_below(needed, table)
     nodes = list(compress(table.all, needed))
@@ -54,7 +69,7 @@ def dumps(value: object, table: Exprs) -> bytes:
     columns = (
         array("I", compress(range(len(needed)), needed)),
         bytes(map(attrgetter("op"), nodes)),
-        [data for data in map(attrgetter("data"), nodes) if data is not None],
+        [e.data for e in nodes if e.data is not None],
         array("I", map(len, args)),
         array("I", map(attrgetter("id"), chain.from_iterable(args))),
         sorted(table.texts),
@@ -83,10 +98,10 @@ def loads(data: bytes) -> Any:
 
 def _mark_below(needed: bytearray, table: Exprs) -> None:
     """Mark what marked nodes are made of, by numbers."""
-    for number in range(len(needed) - 1, -1, -1):  # arguments have lower numbers than their users
-        if needed[number]:
-            for a in table.all[number].args:
-                needed[a.id] = True
+    # Arguments have lower numbers than their users: they are marked before it is their turn.
+    for e in compress(reversed(table.all), reversed(needed)):
+        for a in e.args:
+            needed[a.id] = True
 
 
 class _Unpickler(plain.PlainReader):
@@ -97,7 +112,10 @@ class _Unpickler(plain.PlainReader):
 
     def find_class(self, module: str, name: str) -> Any:
         found = super().find_class(module, name)
-        return self._at if found is Place else found
+        return self._at if found is Place else self._set if found is Placed else found
 
     def _at(self, number: int) -> Expr | Exprs:
         return self._table if number < 0 else self._nodes[number]
+
+    def _set(self, target: int, value: int, equation: int | None) -> Let:
+        return Let(self._nodes[target], self._nodes[value], equation)

@@ -86,9 +86,8 @@ class Model(Struct, dict=True):
 
     @cached_property
     def time_derivative(self) -> Differentiator:
-        return time_derivative(
-            self.table, lambda name: name in self.parameters or name in self.discretes
-        )
+        parameters, discretes = self.parameters, self.discretes  # and not the model: no cycle
+        return time_derivative(self.table, lambda name: name in parameters or name in discretes)
 
     def take_assertions(self, count: int) -> tuple[dae.Assertion, ...]:
         """Take those back that came after the first `count`: they hold elsewhere, or never."""

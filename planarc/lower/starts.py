@@ -112,24 +112,22 @@ class _Starts:
     def values(self) -> dict[str, Expr]:
         """Start values as expressions of parameters alone."""
         found: dict[str, Expr] = {}
-        path: list[str] = []
+        return {name: self._start(name, found, ()) for name in self._given}
 
-        def start(name: str) -> Expr:
-            if name not in self._given:
-                return self._default(name)
-            if name not in found:
-                if name in path:
-                    message = f"the start value of `{name}` depends on itself"
-                    raise error("L335", message, self._given[name].span)
-                path.append(name)
-                value = self._given[name].right
-                read = [e for e in postorder((value,)) if e.op in (Op.SYMBOL, Op.PRE)]
-                inner = {e: start(e.name) for e in read if e.name in self._declared}
-                found[name] = Substitution(self._model.table, inner)(value)
-                path.pop()
-            return found[name]
-
-        return {name: start(name) for name in self._given}
+    def _start(self, name: str, found: dict[str, Expr], path: tuple[str, ...]) -> Expr:
+        """The start value of a variable, which stands in `found` if it was asked for before."""
+        if name not in self._given:
+            return self._default(name)
+        if name not in found:
+            if name in path:
+                message = f"the start value of `{name}` depends on itself"
+                raise error("L335", message, self._given[name].span)
+            value = self._given[name].right
+            read = [e for e in postorder((value,)) if e.op in (Op.SYMBOL, Op.PRE)]
+            named = [e for e in read if e.name in self._declared]
+            inner = {e: self._start(e.name, found, (*path, name)) for e in named}
+            found[name] = Substitution(self._model.table, inner)(value)
+        return found[name]
 
     def _default(self, name: str) -> Expr:
         v, table = self._declared[name], self._model.table

@@ -66,5 +66,6 @@ class _Reader(pickle.Unpickler):
         if module == "planarc.core.source" and name == "Span":
             return Span
         if module == "planarc.core.source" and name == "Source":
-            return lambda: self._source
+            source = self._source
+            return lambda: source  # which the reader keeps: it holds no reader
         raise pickle.UnpicklingError(f"{module}.{name} is no part of a syntax tree")

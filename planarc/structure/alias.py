@@ -90,6 +90,8 @@ class Forest:
 
     def find(self, name: str) -> tuple[int, str, int]:
         """(sign, root, shift) of a name; shortens the path on the way."""
+        if name not in self._parent:
+            return 1, name, 0
         trail = []
         while name in self._parent:
             trail.append(name)
@@ -241,8 +243,9 @@ class _Search:
 
     def _signed(self, symbol: Expr) -> tuple[int, str, int]:
         """The sign, name and order that one of an equation's two unknowns has come to."""
-        found = self.forest.resolve(symbol)
-        return (-1, *found.args[0].data) if found.op is _NEG else (1, *found.data)
+        name, order = symbol.data
+        sign, root, shift = self.forest.find(name)
+        return sign, root, order + shift
 
     def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
         """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
@@ -271,8 +274,8 @@ class _Search:
 
     def substitution(self) -> Substitution:
         mapping = dict(self.numbers)
-        for e in list(self.table.all):
-            if e.op is _SYMBOL and e.data[0] in self.key:
+        for e in self.table.symbols():
+            if e.data[0] in self.key:
                 found = self.forest.resolve(e)
                 if found is not e:
                     mapping[e] = found

@@ -23,11 +23,13 @@ _NESTING = 40  # depth from which if-expressions count as not affine
 
 
 class Contents:
-    """The unknown symbols below a node, remembered for all nodes of a model."""
+    """The unknown symbols below a node, remembered for all nodes of a model; and the factors of
+    those in equations, which several passes ask for."""
 
     def __init__(self, is_unknown: Callable[[str], bool]) -> None:
         self._is_unknown = is_unknown
         self._memo: dict[Expr, frozenset[Expr]] = {}
+        self.factors: dict[Expr, Mapping[Expr, Expr | None]] = {}
 
     def __call__(self, root: Expr) -> frozenset[Expr]:
         known = self._memo.get(root)
@@ -48,13 +50,16 @@ class Contents:
         return sorted(self(root), key=_number)
 
 
-def coefficients(table: Exprs, contents: Contents, root: Expr) -> dict[Expr, Expr | None]:
+def coefficients(table: Exprs, contents: Contents, root: Expr) -> Mapping[Expr, Expr | None]:
     """The factor of each unknown symbol in `root`; None where it is not affine in it."""
-    found = _coefficients(table, contents, root, 0)
-    return {
-        symbol: None if factor is None or symbol in contents(factor) else factor
-        for symbol, factor in found.items()
-    }
+    known = contents.factors.get(root)
+    if known is None:
+        found = _coefficients(table, contents, root, 0)
+        known = contents.factors[root] = {
+            symbol: None if factor is None or symbol in contents(factor) else factor
+            for symbol, factor in found.items()
+        }
+    return known
 
 
 def _coefficients(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Exprs, Op
@@ -59,7 +59,6 @@ class Systems(Struct):
     names: tuple[str, ...]
     active: list[list[int]]
     algebra: Algebra
-    _factors: dict[tuple[int, int], dict[Expr, Expr | None]] = field(default_factory=dict)
 
     @property
     def heights(self) -> range:
@@ -112,13 +111,8 @@ class Systems(Struct):
             return plain
         return self._of(e, 1).get(self.table.symbol(self.names[v], own + 1))
 
-    def _of(self, e: int, order: int) -> dict[Expr, Expr | None]:
-        found = self._factors.get((e, order))
-        if found is None:
-            residual = self.expansion.forms[e][order].residual
-            found = coefficients(self.table, self.contents, residual)
-            self._factors[e, order] = found
-        return found
+    def _of(self, e: int, order: int) -> Mapping[Expr, Expr | None]:
+        return coefficients(self.table, self.contents, self.expansion.forms[e][order].residual)
 
 
 def _without_rounding(factors: dict[int, Expr]) -> dict[int, Expr]:

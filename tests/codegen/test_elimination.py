@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planarc.codegen.elimination import _Work
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
+from planarc.ir.expr import Exprs
 from planarc.ir.program import Program
 from planarc.ir.sorted import Block, SortedDae
 from planarc.solve.kernels import load
@@ -158,3 +160,32 @@ def test_asked_matrix_is_that_of_the_block(
     right = np.arange(1.0, n + 1.0)
     found = [float(kernel.w[program.slots[f"z[{i}]"]]) for i in range(n)]
     assert np.linalg.solve(matrix, right) == pytest.approx(found, rel=1e-10)
+
+
+@pytest.mark.parametrize("small", [1, 3])
+def test_a_pivot_may_be_tiny_at_fewer_than_half_of_the_samples(small: int) -> None:
+    """The last pivot of a long row of loops vanishes near one position or other."""
+    table = Exprs()
+    work, samples = pencil(table, small)
+    assert work.run(samples)
+    assert [(i, j) for i, j, _ in work.order] == [(0, 0), (1, 1)]
+
+
+def test_a_pivot_that_is_tiny_at_most_samples_is_none() -> None:
+    work, samples = pencil(Exprs(), 4)
+    assert not work.run(samples)
+
+
+def pencil(table: Exprs, small: int) -> tuple[_Work, Any]:
+    """x = 1, d*y = 1, with d almost zero at so many of seven samples."""
+    d = table.symbol("d")
+    values = {table.one: [1.0] * 7, d: [1e-12] * small + [1.0] * (7 - small)}
+    work = _Work(table)
+    work.add({0: table.one}, table.one)
+    work.add({1: d}, table.one)
+
+    class Samples:
+        def values(self, roots: list[Any]) -> np.ndarray[Any, Any]:
+            return np.array([values[e] for e in roots])
+
+    return work, Samples()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 from collections.abc import Callable
@@ -9,6 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from planarc.core.diagnostic import PlanarcError
+from planarc.flatten.tree.nodes import Element, Leaf
 from planarc.ir import flat
 
 Flatten = Callable[..., flat.FlatModel]
@@ -77,3 +79,18 @@ def test_the_result_does_not_depend_on_the_hash_seed() -> None:
         )
         outputs.add(done.stdout)
     assert len(outputs) == 1
+
+
+def test_components_are_gone_with_the_run(flatten_text: Flatten) -> None:
+    """Nothing of them waits for Python's search for cycles, however many they are."""
+
+    def left(links: int) -> int:
+        gc.collect()
+        flatten_text(chain(links))
+        return sum(isinstance(o, Element | Leaf) for o in gc.get_objects())
+
+    gc.disable()
+    try:
+        assert left(40) == left(4)
+    finally:
+        gc.enable()

@@ -170,10 +170,15 @@ class Code:
 
     def __init__(self, name: str, result: str, arguments: Sequence[tuple[str, str]]) -> None:
         self._head = f"define {result} @{name}({', '.join(f'{t} %{n}' for t, n in arguments)})"
-        self.arguments = [Value(self, t, f"%{n}") for t, n in arguments]
+        self._arguments = arguments
         self._places: list[str] = []
         self.lines: list[str] = []
         self._count = 0
+
+    @property
+    def arguments(self) -> list[Value]:
+        """The arguments; they know the function, so that it does not hold them."""
+        return [Value(self, t, f"%{n}") for t, n in self._arguments]
 
     def text(self, attributes: str = "") -> str:
         body = "\n".join(f"  {line}" if line[-1] != ":" else line for line in self.lines)

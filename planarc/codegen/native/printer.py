@@ -51,12 +51,12 @@ from planarc.codegen.native.rolling import (
     SHORTEST_SELDOM,
     Column,
     Roll,
-    is_number,
     is_one,
     repeats,
     roll,
     roll_gathered,
 )
+from planarc.codegen.native.shapes import Shapes, is_number
 from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
@@ -91,9 +91,10 @@ def ir(
     their rows, which have constants of their own without; `speller`: of what runs seldom, which is
     code without."""
     placement = place(program)
-    reads = cache(partial(reads_of, program))
+    shapes = Shapes()
+    reads = cache(partial(reads_of, program, shapes))
     slot = _slots(program)
-    section = partial(_Section, program, placement, reads, slot, small=small, shared=shared)
+    section = partial(_Section, program, placement, shapes, reads, slot, small=small, shared=shared)
     seldom = partial(section, seldom=True, speller=speller)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
@@ -121,8 +122,9 @@ def slopes_ir(
     small = shared is not None
     tape = "" if small else table(f"pc_tape_{scope.value}", slopes.tape())
     lets, taken, results = slopes.named(program.table)
-    reads = cache(partial(counted, [*(let.value for let in lets), *taken]))
-    section = _Section(program, place(program), reads, _slots(program),
+    shapes = Shapes()
+    reads = cache(partial(counted, [*(let.value for let in lets), *taken], shapes))
+    section = _Section(program, place(program), shapes, reads, _slots(program),
                        f"pc_slopes_{scope.value}", True, True, small, shared, speller)  # fmt: skip
     told = declarations() + _RUNTIME + ("" if speller is None else DECLARED)
     return "\n".join((told, tape, section.coefficients(lets, taken, results)))
@@ -142,13 +144,13 @@ class _Section:
     """A function of the module."""
 
     def __init__(
-        self, program: Program, placement: Placement, reads: Callable[[], Counter[Expr]],
-        slot: Callable[[Expr], int | None], name: str, results: bool = False,
-        seldom: bool = False, small: bool = False, shared: Rows | None = None,
-        speller: Speller | None = None,
+        self, program: Program, placement: Placement, shapes: Shapes,
+        reads: Callable[[], Counter[Expr]], slot: Callable[[Expr], int | None], name: str,
+        results: bool = False, seldom: bool = False, small: bool = False,
+        shared: Rows | None = None, speller: Speller | None = None,
     ) -> None:  # fmt: skip
         self._seldom, self._small, self._speller = seldom, small, speller
-        self._program, self._reads = program, reads
+        self._program, self._shapes, self._reads = program, shapes, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
         if results:
@@ -266,8 +268,8 @@ class _Section:
             return e if slot is None else slot
 
         if self._small:
-            return roll_gathered(statements, self._memory, place)
-        return roll(statements, self._memory, self._seldom)
+            return roll_gathered(statements, self._memory, place, self._shapes)
+        return roll(statements, self._memory, self._seldom, self._shapes)
 
     def _memory(self, e: Expr) -> int:
         """Tells memories apart."""
@@ -281,7 +283,7 @@ class _Section:
         loops, targets = self._loops, [let.target for let in lets]
         if not is_spelled(lets) or not loops.has_room([tuple(targets)]):
             return False
-        if repeats(lets, self._memory) > REPEATED:
+        if repeats(lets, self._memory, self._shapes) > REPEATED:
             return False
         self._store({e: None for let in lets for e in postorder((let.value,)) if not e.args})
         for e in targets:

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from itertools import chain
 
 from planarc.codegen.certain import all_lets, taken_values
-from planarc.ir.expr import Expr, below
+from planarc.codegen.native.shapes import Shapes
+from planarc.ir.expr import Expr
 from planarc.ir.program import Program
 
 
-def reads_of(program: Program) -> Counter[Expr]:
+def reads_of(program: Program, shapes: Shapes) -> Counter[Expr]:
     """How many formulas of the program's functions read each leaf."""
     lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
              program.discrete)  # fmt: skip
@@ -23,9 +25,9 @@ def reads_of(program: Program) -> Counter[Expr]:
         values += taken_values(code)
         if code.direct is not None:
             values += [*code.direct.tears, *code.direct.residuals, *code.direct.sizes]
-    return counted(values)
+    return counted(values, shapes)
 
 
-def counted(values: Iterable[Expr]) -> Counter[Expr]:
+def counted(values: Iterable[Expr], shapes: Shapes) -> Counter[Expr]:
     """How many of the values read each leaf."""
-    return Counter(e for value in values for e in below((value,)) if not e.args)
+    return Counter(chain.from_iterable(shapes(value)[1] for value in values))

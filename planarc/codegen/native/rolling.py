@@ -29,8 +29,9 @@ from typing import TypeAlias
 
 from planarc.codegen.certain import is_hidden
 from planarc.codegen.native.gathering import gather
+from planarc.codegen.native.shapes import LEAVES, Shapes
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Op, below
+from planarc.ir.expr import Expr, below
 from planarc.ir.program import Let, Statement
 
 #: Lists below this length are left as they are: compiled straight they run a little faster. Of
@@ -49,15 +50,6 @@ _LOOP, _ENTRY = 8, 0.2
 #: is in registers otherwise goes through memory then.
 _PART = 0.7
 
-# Where it counts: an enumeration looks up its members by a function.
-_SYMBOL, _POW = Op.SYMBOL, Op.POW
-_LEAVES = frozenset({Op.SYMBOL, Op.PRE, Op.EVENT})
-#: What takes values to a value, wherever it stands: the others read memory or call back.
-_ROLLED = frozenset(
-    {Op.ADD, Op.MUL, Op.NEG, Op.DIV, Op.POW, Op.CALL, Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND,
-     Op.OR, Op.NOT, Op.IF}
-)  # fmt: skip
-
 Column = tuple[Expr, ...]
 
 
@@ -70,24 +62,22 @@ class Roll(Data):
     leaves: tuple[tuple[Column, ...], ...]  # of each statement, those of the first time first
 
 
-def is_number(e: Expr) -> bool:
-    """Whether it is a constant, and no truth."""
-    return e.is_const and not isinstance(e.data, bool)
-
-
 def is_one(column: Column) -> bool:
     """Whether the same leaf stands there each time."""
     return all(e is column[0] for e in column)
 
 
 def roll(
-    statements: Sequence[Statement], home: Callable[[Expr], int], seldom: bool = False
+    statements: Sequence[Statement],
+    home: Callable[[Expr], int],
+    seldom: bool = False,
+    shapes: Shapes | None = None,
 ) -> Sequence[Statement | Roll]:
     """The statements, rolled where they repeat themselves. `home` tells memories apart, of which a
-    value is in one each time."""
+    value is in one each time; `shapes` are those that the program's lists share."""
     if len(statements) < (SHORTEST_SELDOM if seldom else SHORTEST):
         return statements
-    known, order = _kinds(statements, home), range(len(statements))
+    known, order = _kinds(statements, home, shapes or Shapes()), range(len(statements))
     return _rolled_in(statements, known, order, [1] * len(statements))
 
 
@@ -95,6 +85,7 @@ def roll_gathered(
     statements: Sequence[Statement],
     home: Callable[[Expr], int],
     place: Callable[[Expr], Hashable],
+    shapes: Shapes | None = None,
 ) -> Sequence[Statement | Roll]:
     """As `roll`, with equal statements brought together first (`gathering`), in the order that
     leaves least to compile. `place` tells where a value is kept: what reads there stays behind
@@ -104,15 +95,20 @@ def roll_gathered(
         listed = [*found]
         rolled = is_let and len(listed) >= SHORTEST_SELDOM
         out += (
-            _gathered([s for s in listed if isinstance(s, Let)], home, place) if rolled else listed
+            _gathered([s for s in listed if isinstance(s, Let)], home, place, shapes or Shapes())
+            if rolled
+            else listed
         )
     return out
 
 
 def _gathered(
-    lets: Sequence[Let], home: Callable[[Expr], int], place: Callable[[Expr], Hashable]
+    lets: Sequence[Let],
+    home: Callable[[Expr], int],
+    place: Callable[[Expr], Hashable],
+    shapes: Shapes,
 ) -> Sequence[Statement | Roll]:
-    known = _kinds(lets, home)
+    known = _kinds(lets, home, shapes)
     weight = {let: operations(let) for let in lets}
     weights = [weight[let] for let in lets]
     straight = _rolled_in(lets, known, range(len(lets)), [1] * len(lets))
@@ -159,7 +155,7 @@ def _before(
     readers: dict[Hashable, list[int]] = {}
     found = []
     for i, let in enumerate(lets):
-        reads = [known(e) for e in leaves[i] or below((let.value,)) if e.op in _LEAVES]
+        reads = [known(e) for e in leaves[i] or below((let.value,)) if e.op in LEAVES]
         target = known(let.target)
         behind = [setters[p] for p in (*reads, target) if p in setters]
         found.append(tuple(dict.fromkeys((*behind, *readers.pop(target, ())))))
@@ -191,22 +187,27 @@ def operations(let: Let) -> int:
 _Kinds: TypeAlias = "tuple[list[int], list[tuple[Expr, ...]]]"
 
 
-def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int]) -> _Kinds:
+def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int], shapes: Shapes) -> _Kinds:
     """The kind of each statement, as a number, and its leaves."""
     numbers: dict[object, int] = {}
     kinds: list[int] = []
     leaves: list[tuple[Expr, ...]] = []
     known = cache(partial(_told, home))
     for i, s in enumerate(statements):
-        kind, found = _kind(s, known)
-        kinds.append(numbers.setdefault(i if kind is None else kind, len(numbers)))
+        shape, found = shapes(s.value) if isinstance(s, Let) else (None, ())
+        kind: object = i  # no other is equal
+        if shape is not None and isinstance(s, Let):
+            kind = (shape, home(s.target), *map(known, found))
+        kinds.append(numbers.setdefault(kind, len(numbers)))
         leaves.append(found)
     return kinds, leaves
 
 
-def repeats(lets: Sequence[Let], home: Callable[[Expr], int]) -> float:
+def repeats(
+    lets: Sequence[Let], home: Callable[[Expr], int], shapes: Shapes | None = None
+) -> float:
     """How often the operations stand there that differ."""
-    numbers, _ = _kinds(lets, home)
+    numbers, _ = _kinds(lets, home, shapes or Shapes())
     differing = dict(zip(numbers, lets, strict=True)).values()
     return sum(map(operations, lets)) / sum(map(operations, differing))
 
@@ -232,44 +233,10 @@ def _rolled_in(
     return out
 
 
-def _told(home: Callable[[Expr], int], e: Expr) -> tuple[int, bool]:
+def _told(home: Callable[[Expr], int], e: Expr) -> tuple[int, bool] | None:
     """What is told of a leaf: its memory, and whether it is hidden, so that its truth may not be
-    known."""
-    return home(e), e.op is _SYMBOL and is_hidden(e)
-
-
-def _kind(
-    statement: Statement, told_of: Callable[[Expr], tuple[int, bool]]
-) -> tuple[tuple[object, ...] | None, tuple[Expr, ...]]:
-    """What equal statements share, and the leaves that they differ by; None: no other is equal."""
-    if not isinstance(statement, Let):
-        return None, ()
-    leaves: dict[Expr, int] = {}
-    told: list[object] = [told_of(statement.target)[0]]
-    exponents = set()
-    stack = [statement.value]
-    while stack:
-        e = stack.pop()
-        op, args = e.op, e.args
-        if args:
-            if op not in _ROLLED:
-                return None, ()
-            told += (op, len(args), e.data)
-            if op is _POW and args[1].is_const:  # a whole one is a product
-                told.append(args[1])
-                exponents.add(args[1])
-                stack.append(args[0])
-            else:
-                stack += args
-        elif op in _LEAVES:
-            told += (leaves.setdefault(e, len(leaves)), told_of(e))
-        elif is_number(e):
-            told += (leaves.setdefault(e, len(leaves)), None)
-        else:  # a truth, or time: shared nodes are equal when they are the same
-            told.append(e)
-    if not exponents.isdisjoint(leaves):
-        return None, ()
-    return tuple(told), tuple(leaves)
+    known; nothing of a number."""
+    return None if e.is_const else (home(e), e.is_symbol and is_hidden(e))
 
 
 def _following(kinds: Sequence[int]) -> list[int]:

@@ -525,6 +525,27 @@ class Session:
         """Remember an error and go on, so that all errors of a model are told at once."""
         self.errors.extend(problem.diagnostics)
 
+    def take_apart(self) -> None:
+        """Nobody asks for nodes any more: components let go of each other, and of their memory,
+        without a search for cycles."""
+        instances = [*dict.fromkeys(leaf.parent for leaf in self.leaves.values())]
+        instances += [*self.defaults.values(), *([] if self.root is None else [self.root])]
+        instances.append(self.root_scope.instance)
+        for cls in self.opened:
+            instances += [] if cls.static is None else [cls.static]
+            for part in [] if cls.layout is None else cls.layout.parts:
+                part.types = {}
+            cls.static, cls.layout, cls.lookups = None, None, {}
+        for instance in instances:
+            for element in instance.elements.values():
+                node, element.node = element.node, None
+                if isinstance(node, Instance):
+                    instances.append(node)
+                elif isinstance(node, Family):
+                    instances += node.items
+            instance.elements, instance.scopes, instance.parent = {}, {}, None
+        self.leaves, self.closed, self.asked = {}, {}, []
+
 
 def silent() -> PlanarcError:
     """Raised where an error was already reported: stops the work, says nothing more."""
