@@ -26,6 +26,7 @@ Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursio
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
@@ -229,7 +230,9 @@ class _Work(Struct):
         t, target, numbers = self.table, self.rows[i], self.numbers[i]
         factor = self._named(t.mul(target.pop(j), inverse))
         beside = self.numbers[pivot_row]
-        ratio = [a / b for a, b in zip(numbers.pop(j), beside[j], strict=True)]
+        # A sample whose pivot is 0 was spared: it has no numbers from here on.
+        pairs = zip(numbers.pop(j), beside[j], strict=True)
+        ratio = [a / b if b else math.nan for a, b in pairs]
         none = [0.0] * len(ratio)
         for k, e in self.rows[pivot_row].items():
             product = t.mul(factor, e)
