@@ -60,12 +60,15 @@ def make_binding(leaf: Leaf) -> flat.Expression | None:
     try:
         leaf.binding = _find_binding(leaf)
         if leaf.binding is not None:
-            if not conforms(leaf.type, leaf.binding.type) and _is_sized_by_broken(leaf):
-                raise silent()
+            fits, wanted = conforms(leaf.type, leaf.binding.type), leaf.type
+            if not fits:
+                wanted = _as_declared(leaf)
+                if _is_sized_by_broken(leaf):
+                    raise silent()
             part = leaf.parent.element
             shared = part is not None and part.definition.prefixes.inner
             _refuse_size_of_another(leaf, leaf.binding)
-            expect(leaf.type, leaf.binding, f"the value of `{leaf.name}`", single=shared)
+            expect(wanted, leaf.binding, f"the value of `{leaf.name}`", single=shared)
     except BaseException as problem:
         leaf.binding_state = State.BROKEN
         if isinstance(problem, PlanarcError):
@@ -109,6 +112,18 @@ def _with_type(leaf: Leaf, problem: PlanarcError) -> PlanarcError:
         return problem
     hint = f"write `{type_text(leaf.type)}.{meant[0]}`"
     return PlanarcError(replace(first, hint=hint, mend=None))
+
+
+def _as_declared(leaf: Leaf) -> flat.Type:
+    """Its type with those sizes open that its value gives: `table[:, 2]`."""
+    definition, dims = leaf.element.definition, leaf.type.dims
+    if not isinstance(definition, syntax.Component):
+        return leaf.type
+    written = (*definition.dimensions, *definition.type_dimensions)
+    if len(written) != len(dims):
+        return leaf.type
+    sizes = zip(dims, written, strict=True)
+    return leaf.type.with_dims(tuple(None if isinstance(w, syntax.Colon) else d for d, w in sizes))
 
 
 def _is_sized_by_broken(leaf: Leaf) -> bool:

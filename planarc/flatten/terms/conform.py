@@ -190,10 +190,7 @@ def mismatch(
         hint = f"write `{type_text(expected)}.{span.text.strip(chr(34))}`"
     elif expected.literals and actual.base in NUMERIC:
         hint = literals_hint(expected)
-    wanted, matrices = expected, len(expected.dims) == len(actual.dims) == 2
-    if matrices and expected.dims[0] == actual.dims[0]:  # any number of rows may do
-        wanted = replace(expected, dims=(None, expected.dims[1]))
-    message = f"{what} must be of type {type_text(wanted)}, but is {type_text(actual)}"
+    message = f"{what} must be of type {type_text(expected)}, but is {type_text(actual)}"
     mend = Each() if expected.dims and not actual.dims else None
     return error("F270", message, span, hint=hint, mend=mend)
 
