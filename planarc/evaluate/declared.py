@@ -20,6 +20,13 @@ class DeclaredValues:
         value: float = evaluate(e, self._leaf)
         return value
 
+    def named(self, *names: str) -> list[float] | None:
+        """The values of parameters; None where one is none, or has no value that can be known."""
+        try:
+            return [self(self._declared[name]) for name in names]
+        except (KeyError, ArithmeticError, ValueError):  # as of a function that the user wrote
+            return None
+
     def _leaf(self, e: Expr) -> float:
         if e.op is not Op.SYMBOL:
             raise KeyError(e)

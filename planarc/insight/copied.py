@@ -25,7 +25,7 @@ from planarc.insight.connectors import owner
 from planarc.ir.dae import Dae
 from planarc.ir.expr import symbols
 from planarc.ir.flat import Connect
-from planarc.ir.places import is_own, own_part
+from planarc.ir.places import declared_part, is_own
 
 #: Letters that two names must have in common at their beginning to go together.
 _STEM = 4
@@ -92,13 +92,14 @@ def _all(dae: Dae) -> Iterator[_Twice]:
             pairs.add(frozenset((owner(connect.left), owner(connect.right))))
     alike: dict[str, list[str]] = {}
     for name, kind in classes.items():
-        if (own := own_part(dae, name)) is None or own.name != name:
-            continue  # what is inside of a part of the library is connected there
         alike.setdefault(kind, []).append(name)
     for there, others in at.items():
         part, _, frame = there.rpartition(".")
-        siblings = [s for s in alike.get(classes.get(part, ""), ()) if s != part]
-        for one, two in _of_one_kind(others, classes):
+        pairs_there = [*_of_one_kind(others, classes)]
+        siblings = alike.get(classes.get(part, ""), ()) if pairs_there else ()
+        # What is inside of a part of the library is connected there.
+        siblings = [s for s in siblings if s != part and declared_part(dae, s)]
+        for one, two in pairs_there:
             for kept, moved in ((one, two), (two, one)):
                 for sibling in siblings:
                     meant = f"{sibling}.{frame}"

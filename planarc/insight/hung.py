@@ -12,6 +12,7 @@ Example: `connect(shank.frame_a, foot.frame_a)` where `shank.frame_b` was meant.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Severity
@@ -19,7 +20,7 @@ from planarc.evaluate.declared import DeclaredValues
 from planarc.insight.connectors import find_frames, find_pins, owner
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import GROUND, Mechanism
-from planarc.ir.places import is_own, own_part
+from planarc.ir.places import declared_part, is_own
 
 #: A load's radius of gyration, at most, as part of the bar's length.
 _SMALL = 0.2
@@ -27,17 +28,21 @@ _SMALL = 0.2
 
 def loads_on_axes(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     found = find_frames(v.name for v in dae.variables)
-    frames = [f for f in found if (p := own_part(dae, owner(f))) and p.name == owner(f)]
+    frames = [f for f in found if declared_part(dae, owner(f))]
+    count = Counter(map(owner, frames))
     pins = find_pins(dae, mechanism)
-    for joint in mechanism.joints:
-        if joint.name not in pins or GROUND not in joint.links:
+    on_ground = [j for j in mechanism.joints if j.name in pins and GROUND in j.links]
+    held = {frame: j.name for j in on_ground for frame in j.frames}
+    for near in dae.connections:
+        joints = [*dict.fromkeys(held[n] for n in near if n in held)]
+        beside = [n for n in near if owner(n) in count and owner(n) not in joints]
+        loads = [n for n in beside if count[owner(n)] == 1]
+        if len(joints) != 1 or len(beside) != 2 or len(loads) != 1:
             continue
-        for near in (names for names in dae.connections if {*joint.frames} & {*names}):
-            beside = [n for n in near if n in frames and owner(n) != joint.name]
-            bars = [(n, far) for n in beside if (far := _far_end(dae, n, frames))]
-            loads = [n for n in beside if sum(owner(f) == owner(n) for f in frames) == 1]
-            if len(beside) == 2 and len(bars) == len(loads) == 1:
-                yield from _told(dae, joint.name, bars[0], loads[0])
+        (bar,) = (n for n in beside if n not in loads)
+        far = _far_end(dae, bar, frames)
+        if far is not None:
+            yield from _told(dae, joints[0], (bar, far), loads[0])
 
 
 def _far_end(dae: Dae, frame: str, frames: Sequence[str]) -> str | None:
@@ -52,17 +57,12 @@ def _far_end(dae: Dae, frame: str, frames: Sequence[str]) -> str | None:
 
 def _told(dae: Dae, joint: str, bar: tuple[str, str], load: str) -> Iterator[Diagnostic]:
     rod, body = owner(bar[0]), owner(load)
-    names = [f"{rod}.r[1]", f"{rod}.r[2]", f"{rod}.m"]
-    names += [f"{body}.r_CM[1]", f"{body}.r_CM[2]", f"{body}.m", f"{body}.I"]
-    given = {p.name: p.value for p in dae.parameters if p.name in names}
+    of_load = (f"{body}.{n}" for n in ("r_CM[1]", "r_CM[2]", "m", "I"))
+    numbers = DeclaredValues(dae).named(f"{rod}.r[1]", f"{rod}.r[2]", f"{rod}.m", *of_load)
     here = [c for c in dae.connects if load in (c.left, c.right) and is_own(dae, c.span)]
-    if len(given) < len(names) or not here:
+    if numbers is None or not here:
         return
-    value = DeclaredValues(dae)
-    try:
-        x, y, mass, *centre, m, inertia = (value(given[n]) for n in names)
-    except (KeyError, ArithmeticError, ValueError):  # as of a function that the user wrote
-        return
+    x, y, mass, *centre, m, inertia = numbers
     about_axis = inertia + m * (centre[0] ** 2 + centre[1] ** 2)
     if mass > 0 and m > 0 and about_axis < m * (_SMALL**2 * (x**2 + y**2)):
         yield Diagnostic(

@@ -32,7 +32,7 @@ from planarc.ir.dae import WHEEL, Dae
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.flat import Misplaced, Part, StateSelect
 from planarc.ir.mechanism import GROUND, Mechanism
-from planarc.ir.places import own_part
+from planarc.ir.places import declared_part, own_part
 
 _FLOWS = ("f[1]", "f[2]", "t")
 _SHOWN = 3
@@ -68,7 +68,7 @@ def idle_between_flanges(dae: Dae) -> Iterator[Diagnostic]:
     elements = [c for c in ends if c in every and len(ends[c]) <= 2 and c not in told]
     rigid = _tied(dae, every) if elements else DisjointSets[str]()
     for component in elements:
-        part = _own(dae, component)
+        part = declared_part(dae, component)
         if len(ends[component]) == 1:
             (end,) = ends[component]
             if part is not None and _are_tied(rigid, positions[end], ""):
@@ -88,7 +88,7 @@ def _beside_rigid(
     """The warning of an element whose ends rigid parts hold together: a single one lies beside it,
     as a sensor that was to be put in series."""
     at = [{owner(n) for names in dae.connections if end in names for n in names} for end in ends]
-    beside = [_own(dae, c) for c in sorted(set.intersection(*at)) if c not in elements]
+    beside = [declared_part(dae, c) for c in sorted(set.intersection(*at)) if c not in elements]
     what = f"`{part.name}` does nothing: "
     rigid = beside[0] if len(beside) == 1 else None
     if rigid is None:
@@ -119,7 +119,7 @@ def _inside_links(
     other |= {owner(c) for c, pairs in connectors.items() if pairs is not FRAME}  # it holds shafts
     for component in (c for c in find_elements(dae) if c not in other):
         ends = ends_of.get(component, [])
-        links, part = {link_of[end] for end in ends}, _own(dae, component)
+        links, part = {link_of[end] for end in ends}, declared_part(dae, component)
         if part is None or len(links) != 1 or _together(dae, component):
             continue
         (link,) = links
@@ -157,7 +157,7 @@ def _wheels_that_stand(
     meshing = {component for component, _ in ends}
     grounded = [j for j in mechanism.joints if GROUND in j.links and j.name not in meshing]
     for component, end in ends:
-        part = _own(dae, component)
+        part = declared_part(dae, component)
         others = {f for f, _ in link_of.items() if owner(f) == component and f != end}
         carried = {link_of[f] for f in others} - {GROUND}
         if part is None or link_of.get(end) != GROUND or not carried:
@@ -183,7 +183,7 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {frame: i for i, link in enumerate(mechanism.links) for frame in link.frames}
     inside = {c for c, ends in pairs if len({link_of[end] for end in ends}) == 1}
     for component, ends in pairs:
-        part, is_sensor = _own(dae, component), component in sensors
+        part, is_sensor = declared_part(dae, component), component in sensors
         if tied is None or part is None or _together(dae, component):
             continue
         if component in inside and is_sensor:
@@ -220,7 +220,7 @@ def _line_forces(dae: Dae, mechanism: Mechanism) -> Iterator[tuple[str, list[str
 def spare_ground(dae: Dae, mechanism: Mechanism) -> list[Part]:
     """Ground that carries nothing, beside other ground and joints."""
     joined = {owner(name) for names in dae.connections if len(names) > 1 for name in names}
-    parts = (_own(dae, c) for c in mechanism.spare if mechanism.joints and c not in joined)
+    parts = (declared_part(dae, c) for c in mechanism.spare if mechanism.joints and c not in joined)
     return [part for part in parts if part is not None and not part.inner]
 
 
@@ -233,12 +233,6 @@ def _idle(
     message: str, part: Part, hint: str = "connect one of them to another part"
 ) -> Diagnostic:
     return Diagnostic("S323", message, part.span, Severity.WARNING, hint=hint)
-
-
-def _own(dae: Dae, component: str) -> Part | None:
-    """The part that a component is, if the user declared it."""
-    part = own_part(dae, component)
-    return part if part is not None and part.name == component else None
 
 
 def _together(dae: Dae, component: str) -> bool:
@@ -293,7 +287,7 @@ def _read_by(dae: Dae, component: str) -> set[str]:
 def _ends_together(dae: Dae, frames: Mapping[str, int]) -> Iterator[Diagnostic]:
     for names in dae.connections:
         for component, ends in grouped((n for n in names if n in frames), owner).items():
-            part = _own(dae, component) if len(ends) > 1 else None
+            part = declared_part(dae, component) if len(ends) > 1 else None
             if part is not None and hidden_connectors(dae).isdisjoint(ends):
                 yield Diagnostic(
                     "S323",

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.once import once
-from planarc.ir.places import own_part
+from planarc.ir.places import declared_part
 from planarc.ir.program import Program
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def judge_late(result: Result) -> Iterator[Diagnostic]:
         return
     end = float(result.time[-1])
     for source in _sources(result.program):
-        told, part = _late(source, result), own_part(result.program, source.name)
+        told, part = _late(source, result), declared_part(result.program, source.name)
         if told and part is not None:
             yield Diagnostic(
                 "R453",
@@ -76,8 +76,7 @@ def _sources(program: Program) -> tuple[_Source, ...]:
     found = []
     for name, start in slots.items():
         owner, _, last = name.rpartition(".")
-        part = own_part(program, owner) if last == "startTime" else None
-        if part is not None and part.name == owner:  # and not a block inside of it
+        if last == "startTime" and declared_part(program, owner):  # and not a block inside of it
             duration, second = slots.get(f"{owner}.duration"), slots.get(f"{owner}.table[2,1]")
             found.append(_Source(owner, start, duration, second))
     return tuple(found)

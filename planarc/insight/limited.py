@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.ir.once import once
-from planarc.ir.places import own_part
+from planarc.ir.places import declared_part
 from planarc.ir.program import Program
 
 if TYPE_CHECKING:
@@ -43,11 +43,11 @@ def judge_limited(result: Result) -> Iterator[Diagnostic]:
     """The notes about blocks that are at a limit nearly all the while."""
     import numpy as np
 
-    if len(result.time) < 3 or result.ended is not None:
-        return
     steps = np.diff(result.time)
+    if len(steps) < 2 or not steps.any() or result.ended is not None:
+        return
     for block in _blocks(result.program):
-        part = own_part(result.program, block.name)
+        part = declared_part(result.program, block.name)
         y = block.sign * np.broadcast_to(result.of_slot(block.output), result.time.shape)
         if part is None or not np.ptp(y):  # a signal that is constant was hardly to be limited
             continue
@@ -80,8 +80,7 @@ def _blocks(program: Program) -> tuple[_Block, ...]:
     slots = {p.name: p.slot for p in program.parameter_slots}
     found = []
     for name, limits in limited.items():
-        part = own_part(program, name)
         known = tuple((n, slots[f"{name}.{n}"]) for n in limits if f"{name}.{n}" in slots)
-        if part is not None and part.name == name and f"{name}.y" in outputs and known:
+        if declared_part(program, name) and f"{name}.y" in outputs and known:
             found.append(_Block(name, *outputs[f"{name}.y"], known))
     return tuple(found)

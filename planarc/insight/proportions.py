@@ -19,7 +19,7 @@ from math import hypot, isclose
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.evaluate.declared import DeclaredValues
 from planarc.ir.dae import Dae
-from planarc.ir.places import own_part
+from planarc.ir.places import declared_part
 
 _NUMBERS = ("r[1]", "r[2]", "r_CM[1]", "r_CM[2]", "m", "I")
 #: The centre of mass is beyond the end by this number of lengths, at least; and the inertia is at
@@ -32,20 +32,16 @@ _EXACT = 1e-6
 
 
 def odd_proportions(dae: Dae) -> Iterator[Diagnostic]:
-    given: dict[str, dict[str, int]] = {}
-    for k, p in enumerate(dae.parameters):
-        component, _, number = p.name.rpartition(".")
-        if number in _NUMBERS:
-            given.setdefault(component, {})[number] = k
+    turning = [
+        p.name.removesuffix(".r_CM[1]") for p in dae.parameters if p.name.endswith(".r_CM[1]")
+    ]
     value = DeclaredValues(dae)
-    for name, found in given.items():
-        part = own_part(dae, name) if len(found) == len(_NUMBERS) else None
-        if part is None or part.name != name:
+    for name in turning:
+        part = declared_part(dae, name)
+        numbers = value.named(*(f"{name}.{n}" for n in _NUMBERS)) if part is not None else None
+        if part is None or numbers is None:
             continue
-        try:
-            x, y, *centre, m, inertia = (value(dae.parameters[found[n]].value) for n in _NUMBERS)
-        except (KeyError, ArithmeticError, ValueError):  # as of a function that the user wrote
-            continue
+        x, y, *centre, m, inertia = numbers
         told = _told(name, (x, y), (centre[0], centre[1]), m, inertia)
         if told is not None:
             message, hint = told

@@ -77,10 +77,10 @@ def repelling_laws(dae: Dae) -> Iterator[Repelling]:
 
 def _acting(dae: Dae, e: Equation, classes: Mapping[str, str]) -> str:
     """The input of a force or torque to which an equation of the user's gives a value, or ""."""
-    if e.generated or not is_own(dae, e.span):
-        return ""
-    for side in (e.left, e.right):
+    for side in () if e.generated else (e.left, e.right):
         part, _, last = side.name.rpartition(".") if side.is_symbol else ("", "", "")
+        if last not in _ACTING.values() or not is_own(dae, e.span):
+            continue
         if any(classes.get(part, "").endswith(c) and last == i for c, i in _ACTING.items()):
             return side.name
     return ""

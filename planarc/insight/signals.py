@@ -19,7 +19,7 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import RPM, looks_like_rpm, turns
 from planarc.ir.dae import Dae, Parameter
 from planarc.ir.expr import Op
-from planarc.ir.places import own_part, owner
+from planarc.ir.places import declared_part, owner
 
 #: What all blocks call their inputs: `u`, `u1`, `u_s`, `u[2]`. Whatever takes one is no source.
 _INPUT = re.compile(r"\.u(\d+|_\w+)?(\[\d+\])?$")
@@ -44,10 +44,8 @@ def find_misread(dae: Dae) -> Iterator[Diagnostic]:
             unit = units.get(end.name)
             if unit is None or unit not in _LOOKS or units.get(other.name) != "":
                 continue
-            source = own_part(dae, owner(other.name))
-            if source is None or source.name != owner(other.name):
-                continue
-            if source.name in told or source.name in taking:
+            source = declared_part(dae, owner(other.name))
+            if source is None or source.name in told or source.name in taking:
                 continue
             numbers = ((p, _number(p)) for p in dae.parameters if p.component == source.name)
             looks, how, function = _LOOKS[unit]

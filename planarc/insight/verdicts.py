@@ -6,7 +6,8 @@ Out:  warnings and notes, in the order in which they are told
     losses      energy that the steps of the run lost
     reactions   parts of the user's own against the third law
     accounts    parts of the user's own that miscount their energy
-    absurd      motions that were hardly meant
+    runaway     speeds that grow beyond all bounds
+    passing     springs whose ends pass through each other
     late        sources that begin after its end
     limited     controllers that are at their limit
     still       nothing moves, where nothing else is told
@@ -16,12 +17,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planarc.insight.absurd import judge_absurd
 from planarc.insight.accounts import judge_accounts
 from planarc.insight.late import judge_late
 from planarc.insight.limited import judge_limited
 from planarc.insight.losses import judge_losses
+from planarc.insight.passing import judge_passing
 from planarc.insight.reactions import judge_reactions
+from planarc.insight.runaway import judge_runaway
 from planarc.insight.still import judge_still
 
 if TYPE_CHECKING:
@@ -30,11 +32,12 @@ if TYPE_CHECKING:
 
 
 def judge(result: Result, tolerance: float) -> list[Diagnostic]:
-    lost = judge_losses(result, tolerance)
+    lost, grown = judge_losses(result, tolerance), judge_runaway(result)
     found = [] if lost is None else [lost]
     found += judge_reactions(result)
     found += judge_accounts(result)
-    found += judge_absurd(result)
+    found += [] if grown is None else [grown]
+    found += judge_passing(result)
     found += judge_late(result)
     found += judge_limited(result)
     if not found:

@@ -72,6 +72,12 @@ def own_part(model: Model, component: str) -> Part | None:
     return None
 
 
+def declared_part(model: Model, component: str) -> Part | None:
+    """The part that a component is, if the user declared it; None for what is inside of one."""
+    part = _by_name(model.parts).get(component)
+    return part if part is not None and is_own(model, part.span) else None
+
+
 @once
 def _by_name(parts: tuple[Part, ...]) -> dict[str, Part]:
     return {part.name: part for part in parts}

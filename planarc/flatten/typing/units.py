@@ -18,12 +18,11 @@ The file is long because what is certain of a unit and what is told of it are on
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable
 from enum import Enum
 from fractions import Fraction
 from functools import reduce
 from math import isclose
-from typing import TypeAlias
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -35,25 +34,24 @@ from planarc.core.prose import both
 from planarc.core.quantity import in_unit, measure
 from planarc.core.source import Span
 from planarc.core.unit import NUMBER, Dimension
+from planarc.flatten.typing.meant import (
+    SAME_SCALE,
+    Known,
+    Sides,
+    agree,
+    scale,
+    terms,
+    what_is_meant,
+)
 from planarc.ir import flat
 from planarc.ir.flatwalk import inside
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
-#: A measure, see `quantity.measure`. None: not known, fits everything
-Known: TypeAlias = "Dimension | None"
-
-#: The two expressions whose units are compared, if each is one; or its unit as it was declared.
-Sides: TypeAlias = "tuple[flat.Expression | str | None, flat.Expression | str | None]"
-
 _PLAIN = (*NUMBER, 0.0)
-_SAME_SCALE = 1e-9  # difference of logarithms
 
 #: What is mostly forgotten, or too many, in a product.
 _FACTORS = {"m": "a length", "s": "a time or a `der`", "kg": "a mass", "m/s2": "gravity"}
-
-#: How a joint's coordinate and its derivatives are called: those of a hinge, and of a slide.
-_MOTIONS = ("phi", "w", "a", "s", "v")
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
 _KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
@@ -95,8 +93,8 @@ class Checker(Struct):
         hint, first, second = None, self.text(a, sides[0]), self.text(b, sides[1])
         if a[:-1] == b[:-1]:
             # What is in another unit than those of the SI is to be converted.
-            power, given = _scale(b) - _scale(a), second
-            if abs(_scale(b)) < _SAME_SCALE:
+            power, given = scale(b) - scale(a), second
+            if abs(scale(b)) < SAME_SCALE:
                 power, given = -power, first
             hint = f"nothing converts units: multiply what is in `{given}` by {10**power:.6g}"
             hint = _other_way(sides[1]) or hint
@@ -106,53 +104,16 @@ class Checker(Struct):
             ratios = (unit.unit_text(r[:-1]) for r in (unit.divide(a, b), unit.divide(b, a)))
             found = next((r for r in ratios if r in _FACTORS), None)
             hint = found and f"they differ by a factor in `{found}`: look for {_FACTORS[found]}"
-            for find in (self.sibling, self.square):
-                told = find(a, b, sides) or find(b, a, sides[::-1])
-                if told:
-                    hint = told
-                    break
+            hint = what_is_meant(self.units, (a, b), sides) or hint
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
-
-    def sibling(self, lacking: Dimension, other: Dimension, sides: Sides) -> str | None:
-        """The hint at `hinge.w` where the first side has `hinge.phi` as its factor, and the speed
-        would give it the unit of the other one."""
-        side, ratio = sides[0], unit.divide(other, lacking)
-        if side is None or isinstance(side, str):
-            return None
-        for factor in _factors(side):
-            name = factor.name if isinstance(factor, flat.Reference) else ""
-            owner, _, last = name.rpartition(".")
-            own = self.units.get(name)
-            if last not in _MOTIONS or own is None:
-                continue
-            wanted = unit.multiply(own, ratio)
-            for meant in _MOTIONS:
-                known = self.units.get(f"{owner}.{meant}")
-                if owner and known is not None and _agree(known, wanted):
-                    return f"perhaps `{owner}.{meant}` is meant, and not `{name}`"
-        return None
-
-    def square(self, lacking: Dimension, other: Dimension, sides: Sides) -> str | None:
-        """The hint at the one factor of the first side whose square would give it the unit of the
-        other one, as in an energy."""
-        side, wanted = sides[0], unit.divide(other, lacking)
-        if side is None or isinstance(side, str):
-            return None
-        factors = [*_factors(side)]
-        named = [f for f in factors if isinstance(f, flat.Reference) and len(factors) > 1]
-        fitting = [f for f in named if (k := self.units.get(f.name)) and _agree(k, wanted)]
-        if len(fitting) != 1 or wanted[:-1] == NUMBER:
-            return None
-        name = " ".join(fitting[0].span.text.split())
-        return f"a square may be missing: `{name}^2` would make them agree"
 
     def text(self, known: Dimension, side: flat.Expression | str | None) -> str:
         """A unit as it was declared, where it is that of a variable, or of a sum of variables."""
         if isinstance(side, str):
             return side
-        terms = () if side is None else _terms(side)
-        names = (e.name for e in terms if isinstance(e, flat.Reference))
+        added = () if side is None else terms(side)
+        names = (e.name for e in added if isinstance(e, flat.Reference))
         texts = (self.declared.get(n) for n in names if self.units.get(n) == known)
         return next((t for t in texts if t), None) or _text(known)
 
@@ -161,7 +122,7 @@ class Checker(Struct):
     ) -> Known:
         """The unit that both sides have; a certain difference is reported, once: then it is not
         known."""
-        if a is not None and b is not None and not _agree(a, b):
+        if a is not None and b is not None and not agree(a, b):
             self.report(what, a, b, span, sides)
             return None
         return a if a is not None else b
@@ -216,7 +177,7 @@ class Checker(Struct):
                 self.report_zeros(f"the sides of `{e.op}`", e.span)
                 return left
             case "+" | "-" | ".+" | ".-":
-                if left != right and all(map(_has_gain, _terms(e))):
+                if left != right and all(map(_has_gain, terms(e))):
                     return None
                 sides = e.left, e.right
                 return self.agree(f"the sides of `{e.op}`", left, right, e.span, sides)
@@ -318,7 +279,7 @@ class Checker(Struct):
             for variable, value, argument in zip(function.inputs, values, e.arguments, strict=False)
             if value is not None
             and (wanted := measure(variable.attributes.unit)) is not None
-            and not _agree(wanted, value)
+            and not agree(wanted, value)
         ]
         if not self.exchanged(function.name, wrong):
             for one in wrong:
@@ -334,7 +295,7 @@ class Checker(Struct):
         if len(wrong) != 2:
             return False
         first, second = wrong
-        if not (_agree(first.wanted, second.value) and _agree(second.wanted, first.value)):
+        if not (agree(first.wanted, second.value) and agree(second.wanted, first.value)):
             return False
         given = both(self.text(one.value, one.argument) for one in wrong)
         message = f"the inputs {both(one.name for one in wrong)} of `{function}` take "
@@ -353,7 +314,7 @@ class Checker(Struct):
             whole = first.name.rpartition(".")[0]
             for second in self.values[k + 1 :]:
                 beside = whole and second.name.rpartition(".")[0] == whole
-                swapped = _agree(first.own, second.given) and _agree(second.own, first.given)
+                swapped = agree(first.own, second.given) and agree(second.own, first.given)
                 if beside and swapped and first.span.line == second.span.line:
                     names = both((first.name, second.name))
                     given = both(" ".join(m.span.text.split()) for m in (first, second))
@@ -451,7 +412,7 @@ class Checker(Struct):
             meant = in_unit(variable.name, f"{number[0]} {found[1]}", own)
         except UsageError:  # another text, or a unit of something else
             return
-        if meant is None or isclose(meant, float(number[0]), rel_tol=_SAME_SCALE):
+        if meant is None or isclose(meant, float(number[0]), rel_tol=SAME_SCALE):
             return
         text_span = value.span._replace(start=found.start(1) - 1, end=found.end(1) + 1)
         message = f'the {what} of `{variable.name}` is {number[0]} {own}: the text "{found[1]}" '
@@ -459,30 +420,6 @@ class Checker(Struct):
         hint = f"write `{meant:.6g}`, which is {number[0]} {found[1]} in {own}"
         kind = f"{text_span.source.name}:{text_span.start}"
         self.found.append(Once("F330", message, text_span, Severity.WARNING, hint=hint, kind=kind))
-
-
-#: Units of other scales that have names of their own.
-def _terms(e: flat.Expression) -> Iterator[flat.Expression]:
-    """What a sum adds up, and takes away."""
-    if isinstance(e, flat.Binary) and e.op in ("+", "-", ".+", ".-"):
-        yield from _terms(e.left)
-        yield from _terms(e.right)
-    elif isinstance(e, flat.Unary):
-        yield from _terms(e.operand)
-    else:
-        yield e
-
-
-def _factors(e: flat.Expression) -> Iterator[flat.Expression]:
-    """What a product multiplies, and not what it divides by."""
-    if isinstance(e, flat.Binary) and e.op in ("*", ".*", "/", "./"):
-        yield from _factors(e.left)
-        if e.op in ("*", ".*"):
-            yield from _factors(e.right)
-    elif isinstance(e, flat.Unary):
-        yield from _factors(e.operand)
-    else:
-        yield e
 
 
 def _is_one(e: flat.Expression) -> bool:
@@ -502,6 +439,7 @@ def _has_gain(term: flat.Expression) -> bool:
     return isinstance(gain, flat.Literal) and (sum_of_two or not isinstance(right, flat.Binary))
 
 
+#: Units of other scales that have names of their own.
 _USUAL = ("deg", "mm", "cm", "km", "km/h", "g", "min", "h", "rpm", "bar")
 
 #: A text right behind a value.
@@ -531,29 +469,21 @@ def _with_a_dot(text: str) -> str | None:
     return next((u for u in tried if unit.parse(u) is not None), None)
 
 
-def _agree(a: Dimension, b: Dimension) -> bool:
-    return a[:-1] == b[:-1] and abs(_scale(a) - _scale(b)) < _SAME_SCALE
-
-
-def _scale(known: Dimension) -> float:
-    return float(known[-1])
-
-
 _PREFIXES = {"1000": "k", "1e+06": "M", "0.001": "m"}
 
 
 def _text(known: Dimension) -> str:
     """A measure by a usual name, or with its scale: `mm`, `kN/m`, `0.277778 m2/s`."""
-    usual = next((u for u in _USUAL if (m := measure(u)) is not None and _agree(m, known)), None)
-    if usual is not None and abs(_scale(known)) >= _SAME_SCALE:
+    usual = next((u for u in _USUAL if (m := measure(u)) is not None and agree(m, known)), None)
+    if usual is not None and abs(scale(known)) >= SAME_SCALE:
         return usual
     text = unit.unit_text(known[:-1])
-    if abs(_scale(known)) < _SAME_SCALE:
+    if abs(scale(known)) < SAME_SCALE:
         return text
-    scale = f"{10 ** _scale(known):.6g}"
-    if scale in _PREFIXES and re.match(r"(N|Pa|W|V)\b", text):
-        return f"{_PREFIXES[scale]}{text}"
-    return scale if text == "1" else f"{scale} {text}"
+    factor = f"{10 ** scale(known):.6g}"
+    if factor in _PREFIXES and re.match(r"(N|Pa|W|V)\b", text):
+        return f"{_PREFIXES[factor]}{text}"
+    return factor if text == "1" else f"{factor} {text}"
 
 
 def is_plain_number(e: flat.Expression) -> bool:

@@ -1,21 +1,15 @@
-"""Motions that were hardly meant: springs whose ends pass through each other, and speeds that grow
-beyond all bounds.
+"""Speeds that grow beyond all bounds, or in a way in which only a wrong sign makes them grow.
 
 In:   Result
-Out:  warnings R447 and R448, at the user's part
+Out:  a warning R448, at the user's part
 
-Steps and rows may go past the instant at which the two ends of a spring coincide: beyond it, the
-spring pulls the other way. Components declare the vector between such ends by
-`annotation(__planarc(line = d))`.
-
-Example: 320 kg on 20 N/m, which was to be 20 N/mm. A controller whose torque has the wrong sign
-turns its arm by 1e24 rad.
+Example: a controller whose torque has the wrong sign turns its arm by 1e24 rad; or its slide is
+2.1 times as fast every 2 s.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, Runaway, Severity
@@ -40,89 +34,23 @@ _FASTEST_TURN = 6e4
 _FAST, _LEAST, _STEADY = 30.0, 1.6, 1.5
 #: Powers of ten below that from which its growth is told.
 _DECADES = 6
-#: Ends pass through each other where the way between two rows leads past zero within this part of
-#: it, and is that of the rows before, to this part.
-_NEAR, _STRAIGHT = 0.02, 0.5
 _SHOWN = 3
 
 
-def judge_absurd(result: Result) -> Iterator[Diagnostic]:
-    """The warnings about the motions of a run."""
-    if len(result.time) < 3:
-        return
-    runaway = _runaway(result)
-    if runaway is not None:
-        yield runaway
-    for component, d in _lines(result.program):
-        t = _passes(result, d)
-        part = own_part(result.program, component)
-        if t is not None and part is not None:
-            hint = "look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "
-            hint += "load, or put stops where its ends meet"
-            free = result.columns.get(f"{component}.s_unstretched")
-            if free is not None and result.constants.get(free.slot) == 0:
-                hint = "its length without load is 0, so that it draws its ends together: give "
-                hint += f"`{part.name}.s_unstretched`"
-            yield Diagnostic(
-                "R447",
-                f"the ends of `{part.name}` pass through each other at t = {t:.4g} s, and it pulls "
-                "the other way from there on",
-                part.span,
-                Severity.WARNING,
-                hint=hint,
-            )
-            return
-
-
-def _passes(result: Result, slots: tuple[int, int]) -> float | None:
-    """The first time at which the way of a vector leads past zero."""
-    import numpy as np
-
-    rows = np.array([np.broadcast_to(result.of_slot(s), result.time.shape) for s in slots]).T
-    time, way = result.time, np.diff(rows, axis=0)
-    begin, before, h = rows[1:-1], way[:-1], np.diff(time)
-    step = way[1:]
-    turned = (begin * rows[2:]).sum(axis=1) < 0
-    if not turned.any():
-        return None
-    with np.errstate(all="ignore"):
-        length = (step**2).sum(axis=1)
-        part = -(begin * step).sum(axis=1) / length
-        least = np.hypot(*(begin + part[:, None] * step).T)
-        expected = before * (h[1:] / h[:-1])[:, None]
-        straight = np.hypot(*(step - expected).T) < _STRAIGHT * np.sqrt(length)
-        found = np.flatnonzero(turned & straight & (least < _NEAR * np.sqrt(length)))
-    if not len(found):
-        return None
-    i = int(found[0])
-    return float(time[i + 1] + part[i] * h[i + 1])
-
-
-@once
-def _lines(program: Program) -> tuple[tuple[str, tuple[int, int]], ...]:
-    """The components that declare a vector between their ends, and the slots of this."""
-    slots = {c.name: c.slot for c in program.columns}
-    found = []
-    for d in program.declared:
-        if d.kind == "line" and isinstance(d.value, tuple):
-            x, y = (slots.get(repr(e), -1) for e in d.value)
-            if x >= 0 and y >= 0:
-                found.append((d.component, (x, y)))
-    return tuple(found)
-
-
-def _runaway(result: Result) -> Diagnostic | None:
+def judge_runaway(result: Result) -> Diagnostic | None:
     """The warning about the first of the speeds that passes the bound. What comes after is left
     alone: an angle that large has no digits left."""
     import numpy as np
 
+    if len(result.time) < 3:
+        return None
     speeds = [(n, result.stored[s], u) for n, s, u in _speeds(result.program) if s in result.stored]
     if not speeds:
         return None
     sizes = np.abs(result.data[:, [column for _, column, _ in speeds]])
     if math.isfinite(largest := sizes.max(initial=0.0)) and largest <= _FASTEST_TURN:
-        if largest > _FAST and (k := _multiplying(result.time, sizes)) is not None:
-            at, ratio, span = k
+        if largest > _FAST and (growth := _multiplying(result.time, sizes)) is not None:
+            at, ratio, span = growth
             name, _, unit = speeds[at]
             message = f"grows {ratio:.2g} times every {span:.2g} s, to {sizes[-1, at]:.3g} {unit}"
             return _told(result.program, name, message)
