@@ -1,13 +1,15 @@
-"""Loads at the near end of a bar, on its axis, where their mass moves nothing.
+"""Loads that hang where their mass moves nothing.
 
 In:   Dae, Mechanism
 Out:  warnings S323
 
-A bar with mass turns about a hinge on the ground, its far end carries nothing, and a small heavy
-body is connected to its near end. A flywheel there has a radius of gyration of some size beside the
-bar's length, and is none.
-
-Example: `connect(shank.frame_a, foot.frame_a)` where `shank.frame_b` was meant.
+on the ground   A joint on the ground moves nothing but further joints, and a body is connected to
+                its standing side: `connect(rail.frame_a, cart.frame_a)` where `rail.frame_b` was
+                meant.
+on an axis      A bar with mass turns about a hinge on the ground, its far end carries nothing, and
+                a small heavy body is connected to its near end: `connect(shank.frame_a,
+                foot.frame_a)` where `shank.frame_b` was meant. A flywheel there has a radius of
+                gyration of some size beside the bar's length, and is none.
 """
 
 from __future__ import annotations
@@ -18,12 +20,40 @@ from collections.abc import Iterator, Sequence
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.evaluate.declared import DeclaredValues
 from planarc.insight.connectors import find_frames, find_pins, owner
+from planarc.insight.massless import loaded_links
+from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import declared_part, is_own
 
 #: A load's radius of gyration, at most, as part of the bar's length.
 _SMALL = 0.2
+
+
+def loads_on_ground(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    standing = {*mechanism.links[GROUND].frames}
+    on_ground = {j.name: j.frames for j in mechanism.joints if standing.intersection(j.frames)}
+    count, heavy = Counter(map(owner, find_frames(v.name for v in dae.variables))), find_moving(dae)
+    own = [c for c in dae.connects if is_own(dae, c.span)]
+    used = Counter(n for c in own for n in (c.left, c.right))
+    links = [i for i in loaded_links(dae, mechanism) if not i.heavy and len(i.joints) > 1]
+    bare = [(link, j) for link in links for j in link.joints if j in on_ground]
+    for c in own if bare else ():
+        load = next((n for n in (c.left, c.right) if owner(n) in heavy), "")
+        alone = count[owner(load)] == used[load] == 1
+        if not alone or load not in standing:
+            continue
+        there = [(i, j) for i, j in bare if {c.left, c.right}.intersection(on_ground[j])]
+        link, joint = (there or bare)[0]
+        far = next(f for f in on_ground[joint] if f in link.frames)
+        yield Diagnostic(
+            "S323",
+            f"`{owner(load)}` moves nothing by its mass: it is fastened to the ground, and nothing "
+            f"that `{joint}` itself carries has a mass",
+            c.span,
+            Severity.WARNING if there else Severity.NOTE,
+            hint=f"write `connect({far}, {load});`, if it moves along",
+        )
 
 
 def loads_on_axes(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:

@@ -72,7 +72,7 @@ def find_unloaded(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Dia
     what it gives contradicts the zero force of the open end."""
     joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
     driven = _driven(joined, {part.name for part in givers})
-    for link in _links(dae, mechanism):
+    for link in loaded_links(dae, mechanism):
         apart = {*link.around}.difference(own_names(dae, link.heavy))
         if len(link.joints) != 1 or link.joints[0] not in driven or len(apart) > 1:
             continue
@@ -108,7 +108,7 @@ def idle_drives(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     joined = [own_names(dae, map(owner, ends)) for ends in dae.connections]
     # Nor is there an inertia on the shaft.
     driven = _driven([names for names in joined if len(names) == 2], efforts)
-    for link in _links(dae, mechanism) if driven else ():
+    for link in loaded_links(dae, mechanism) if driven else ():
         joint = link.joints[0] if link.joints else ""
         if len(link.joints) == 1 and joint in driven and not link.heavy and len(link.around) <= 1:
             found = _unloaded(dae, mechanism, joint, link.frames, driven[joint])
@@ -129,7 +129,7 @@ def stopped_alone(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     driven = {owner(v.name).removesuffix(".axis") for v in dae.variables if ".axis." in v.name}
     driven -= {*mechanism.passive}
     elements = {*find_elements(dae)}
-    for link in _links(dae, mechanism) if contacts or elements else ():
+    for link in loaded_links(dae, mechanism) if contacts or elements else ():
         joint, ends = link.joints[0] if link.joints else "", {*map(owner, link.frames)}
         beside = ends & (contacts | elements)
         others = ends - contacts - elements - {joint} - {*link.rigid}
@@ -151,7 +151,7 @@ def _points(dae: Dae, frames: Sequence[str]) -> set[str]:
     return {owner(frame) for frame in frames if f"{frame}.t" in zero}
 
 
-class _Link(Data):
+class LoadedLink(Data):
     """A link that moves, and what is on it."""
 
     frames: tuple[str, ...]
@@ -161,7 +161,8 @@ class _Link(Data):
     around: list[str]  # joints, and forces with one
 
 
-def _links(dae: Dae, mechanism: Mechanism) -> Iterator[_Link]:
+def loaded_links(dae: Dae, mechanism: Mechanism) -> Iterator[LoadedLink]:
+    """The links that move, in their order."""
     frames = [f for link in mechanism.links for f in link.frames]
     sensors = find_sensors(dae, frames).keys()
     weightless = {*sensors, *find_elements(dae), *(j.name for j in mechanism.joints)}
@@ -180,13 +181,13 @@ def _links(dae: Dae, mechanism: Mechanism) -> Iterator[_Link]:
         inside = {o for o in ends if any(j.startswith(f"{o}.") for j in joints)}
         around = (c for c in ends if c not in rigid and c not in inside)
         there = heavy & ends.keys()
-        yield _Link(link.frames, joints, there, own_names(dae, rigid), own_names(dae, around))
+        yield LoadedLink(link.frames, joints, there, own_names(dae, rigid), own_names(dae, around))
 
 
 class _Loose(Data):
     """A link without mass whose motion nothing determines."""
 
-    link: _Link
+    link: LoadedLink
     moved: tuple[str, ...]  # joints on it whose motion is open
     open: tuple[str, ...]  # unknowns of its frames that are
 
@@ -198,7 +199,7 @@ def _loose_links(dae: Dae, mechanism: Mechanism, undetermined: Collection[str]) 
     moves = [n for n in undetermined if n in places or n in derived]
     loose = {owner(name) for name in moves}
     found = []
-    for link in _links(dae, mechanism):
+    for link in loaded_links(dae, mechanism):
         moved = tuple(j for j in link.joints if j in loose)
         if not link.heavy and (moved or not loose.isdisjoint(link.frames)):
             ours = tuple(n for n in moves if owner(n) in link.frames)

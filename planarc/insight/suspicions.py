@@ -9,7 +9,7 @@ Out:  warnings, in the order in which they are told
     copied        connections that were copied, of which not all was changed
     slipping      driven wheels without friction
     doubled       contacts that are twice there
-    hung          loads on an axis
+    hung          loads on the ground, or on an axis
     unsprung      bodies on which nothing acts
     idle          springs, dampers and drives within one part
     signals       degrees for radian
@@ -28,7 +28,7 @@ from planarc.core.diagnostic import Diagnostic, Loose
 from planarc.insight.attachment import attachment_warnings
 from planarc.insight.copied import copied_connections
 from planarc.insight.doubled import doubled_contacts
-from planarc.insight.hung import loads_on_axes
+from planarc.insight.hung import loads_on_axes, loads_on_ground
 from planarc.insight.idle import idle_between_flanges
 from planarc.insight.massless import idle_drives, stopped_alone
 from planarc.insight.open_ends import bare_joints, bare_rods
@@ -56,7 +56,7 @@ def find_suspicions(
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
     doubts = doubts or tuple(doubled_contacts(dae))
     if held is None:
-        doubts = doubts or _first(dae, mechanism, bare_rods, loads_on_axes)
+        doubts = doubts or _first(dae, mechanism, bare_rods, loads_on_ground, loads_on_axes)
     return (*found, *drives, *(doubts or _first(dae, mechanism, unsprung_bodies)), *told)
 
 

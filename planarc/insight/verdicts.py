@@ -10,6 +10,7 @@ Out:  warnings and notes, in the order in which they are told
     passing     springs whose ends pass through each other
     late        sources that begin after its end
     limited     controllers that are at their limit
+    pulling     contacts that pull, and tell it to the model alone
     still       nothing moves, where nothing else is told
 """
 
@@ -22,6 +23,7 @@ from planarc.insight.late import judge_late
 from planarc.insight.limited import judge_limited
 from planarc.insight.losses import judge_losses
 from planarc.insight.passing import judge_passing
+from planarc.insight.pulling import judge_pulling
 from planarc.insight.reactions import judge_reactions
 from planarc.insight.runaway import judge_runaway
 from planarc.insight.still import judge_still
@@ -40,6 +42,7 @@ def judge(result: Result, tolerance: float) -> list[Diagnostic]:
     found += judge_passing(result)
     found += judge_late(result)
     found += judge_limited(result)
+    found += judge_pulling(result)
     if not found:
         found += judge_still(result)
     return found
