@@ -4,15 +4,17 @@ In:   Dae
 Out:  warnings S326, at the user's part
 
 Two slips are told for certain enough. The centre of mass lies on the bar's line, but far beyond its
-end, and the inertia is that of a small thing there: a decimal point is at the wrong place. The
-inertia is m*L^2/3 to the last digit, with the centre of mass half-way: that of a rod about its end,
-where the one about its centre of mass is asked for.
+end, and the inertia is that of a small thing there: a decimal point is at the wrong place. Or the
+inertia that is written is m*L^2/3 to the last digit, with the centre of mass half-way: that of a
+rod about its end, where the one about its centre of mass is asked for. A round number is so by
+chance.
 
 Example: `BodyShape(r={0.028, 0}, r_CM={0.14, 0})`, where 0.014 was meant.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from math import hypot, isclose
 
@@ -29,6 +31,9 @@ _BEYOND, _SMALL = 3.0, 0.02
 _STRAIGHT = 1e-6
 _ROD_ABOUT_END, _ROD_ABOUT_CENTRE = 3.0, 12.0
 _EXACT = 1e-6
+#: An inertia that is written.
+_INERTIA = re.compile(r"\bI\s*=")
+_Vector = tuple[float, float]
 
 
 def odd_proportions(dae: Dae) -> Iterator[Diagnostic]:
@@ -42,35 +47,52 @@ def odd_proportions(dae: Dae) -> Iterator[Diagnostic]:
         if part is None or numbers is None:
             continue
         x, y, *centre, m, inertia = numbers
-        told = _told(name, (x, y), (centre[0], centre[1]), m, inertia)
+        told = _far_centre(name, (x, y), (centre[0], centre[1]), m, inertia)
+        if told is None and _INERTIA.search(part.span.text):
+            told = _about_end(name, (x, y), (centre[0], centre[1]), m, inertia)
         if told is not None:
             message, hint = told
             yield Diagnostic("S326", message, part.span, Severity.WARNING, hint=hint)
 
 
-def _told(
-    name: str, r: tuple[float, float], centre: tuple[float, float], m: float, inertia: float
+def _far_centre(
+    name: str, r: _Vector, centre: _Vector, m: float, inertia: float
 ) -> tuple[str, str] | None:
-    """The sentence about one bar, and what to do."""
+    """The sentence about a bar whose centre of mass is far beyond its end, and what to do."""
     length, distance = hypot(*r), hypot(*centre)
-    if not (length > 0 and distance > 0 and m > 0):
+    if not _lies_along(r, centre) or distance <= _BEYOND * length:
         return None
+    if inertia >= _SMALL * m * distance**2:
+        return None
+    return (
+        f"the centre of mass of `{name}` is {distance:.3g} m along its line, "
+        f"{distance / length:.3g} times as far as its other end",
+        f"look at `{name}.r_CM`; where none is given it is half-way, at {length / 2:.3g} m",
+    )
+
+
+def _about_end(
+    name: str, r: _Vector, centre: _Vector, m: float, inertia: float
+) -> tuple[str, str] | None:
+    """The sentence about a bar whose inertia is that of a rod about its end, and what to do."""
+    length, distance = hypot(*r), hypot(*centre)
+    about_end = m * length**2 / _ROD_ABOUT_END
+    if not _lies_along(r, centre) or not isclose(distance, length / 2, rel_tol=_EXACT):
+        return None
+    if not (m > 0 and isclose(inertia, about_end, rel_tol=_EXACT)):
+        return None
+    if float(f"{inertia:.1g}") == inertia:
+        return None
+    return (
+        f"`{name}.I` = {inertia:.3g} kg.m2 is that of a rod about its end, m*L^2/3; `I` is "
+        "about the centre of mass",
+        f"write `{name}(I=m*L^2/12)`, which is "
+        f"{m * length**2 / _ROD_ABOUT_CENTRE:.3g} kg.m2, if it is a rod",
+    )
+
+
+def _lies_along(r: _Vector, centre: _Vector) -> bool:
+    """Whether the centre of mass is on the bar's line, on the side of its other end."""
     across = r[0] * centre[1] - r[1] * centre[0]
     along = r[0] * centre[0] + r[1] * centre[1]
-    if along <= 0 or abs(across) > _STRAIGHT * length * distance:
-        return None
-    if distance > _BEYOND * length and inertia < _SMALL * m * distance**2:
-        return (
-            f"the centre of mass of `{name}` is {distance:.3g} m along its line, "
-            f"{distance / length:.3g} times as far as its other end",
-            f"look at `{name}.r_CM`; where none is given it is half-way, at {length / 2:.3g} m",
-        )
-    half = isclose(distance, length / 2, rel_tol=_EXACT)
-    if half and isclose(inertia, m * length**2 / _ROD_ABOUT_END, rel_tol=_EXACT):
-        return (
-            f"`{name}.I` = {inertia:.3g} kg.m2 is that of a rod about its end, m*L^2/3; `I` is "
-            "about the centre of mass",
-            f"write `{name}(I=m*L^2/12)`, which is "
-            f"{m * length**2 / _ROD_ABOUT_CENTRE:.3g} kg.m2, if it is a rod",
-        )
-    return None
+    return along > 0 and abs(across) <= _STRAIGHT * hypot(*r) * hypot(*centre)

@@ -17,7 +17,8 @@ Example: an integrator with a Jacobian of its own takes the kernel's where it is
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableSequence, Sequence
+from contextlib import contextmanager
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -222,3 +223,21 @@ def taker(slots: Sequence[int]) -> Taker:
     if len(slots) > 1:
         return itemgetter(*slots)
     return lambda w: tuple(w[slot] for slot in slots)
+
+
+@contextmanager
+def changed(kernel: Kernel, values: Mapping[int, float]) -> Iterator[None]:
+    """A kernel with other values of parameters, by their slots; afterwards it has those of before.
+    Variables are not computed again."""
+
+    def give(new: Mapping[int, float]) -> None:
+        for slot, value in new.items():
+            kernel.w[slot] = value
+        kernel.parameters()
+
+    before = {slot: float(kernel.w[slot]) for slot in values}
+    give(values)
+    try:
+        yield
+    finally:
+        give(before)

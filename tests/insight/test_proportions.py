@@ -40,6 +40,8 @@ def test_a_slip_is_told(values: str, words: str) -> None:
     "values",
     [
         "r={0.5, 0}, m=3, I=3*0.5^2/12",  # a rod
+        "r={0.1, 0}, m=0.3",  # the default of I, which nobody wrote
+        "r={0.1, 0}, m=0.3, I=0.001",  # a round number, m*L^2/3 by chance
         "r={0.5, 0}, r_CM={0.3, 0}, m=3, I=3*0.5^2/3",  # no rod: its centre is not half-way
         "r={0.3, 0}, r_CM={1.5, 0}, m=40, I=30",  # a boom that reaches far beyond its lug
         "r={0.03, 0}, r_CM={0.015, 0.2}, m=5, I=0.01",  # a thigh beside its hip

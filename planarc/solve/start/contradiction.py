@@ -30,6 +30,7 @@ from planarc.solve.messages import trouble
 from planarc.solve.messages.drive import drive_behind
 from planarc.solve.messages.loops import is_closed, loop_names
 from planarc.solve.messages.sides import other_side
+from planarc.solve.messages.slides import one_way
 from planarc.solve.start import newton
 from planarc.solve.start.held import CLOSED, INDEPENDENT, Directions, free_motions
 from planarc.solve.start.stage import solve_stage
@@ -299,9 +300,8 @@ def _locked(
         f"`{name}` cannot start at {float(system.kernel.w[first.start]):.4g}: the loop of {loop} "
         f"holds it at {value}, and {only}",
         place,
-        hint=f"{free} slide along the same line: give one of them another direction `n`"
-        if len(names) == 2 and all(n.endswith((".s", ".v")) for n in shown)
-        else "change a length in this loop, or the direction of a slide",
+        hint=one_way(program, system.kernel, [owner(first.display)])
+        or "change a length in this loop, or the direction of a slide",
         related=tuple(
             Related(f"`{n}` moves here", declaration(program, f"{n}.x", NOWHERE)) for n in names
         ),

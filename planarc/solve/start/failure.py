@@ -16,6 +16,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import listed
 from planarc.core.unit import LOADS
 from planarc.ir.dae import MISFIT
+from planarc.ir.kernel import changed
 from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
 from planarc.solve.messages import trouble
@@ -28,6 +29,7 @@ from planarc.solve.messages.loops import (
     too_far_apart,
 )
 from planarc.solve.messages.sides import other_side
+from planarc.solve.messages.slides import entries, one_way, square_on
 from planarc.solve.start import newton
 from planarc.solve.start.apart import squares_apart, unit_of, units_in
 from planarc.solve.start.contradiction import (
@@ -194,6 +196,8 @@ def _not_assembled(
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
     far, longest = _too_far(system, root, parts, worst) if is_loop and not given else ("", "")
+    one = one_way(system.program, system.kernel, parts) if is_loop else ""
+    turn = _turned(system, u0, rows, columns, parts) if is_loop and not (far or one) else ""
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
     )
@@ -220,9 +224,10 @@ def _not_assembled(
             hint=(
                 f"change a length: {far}"
                 if far
-                else "check what is given, and lengths: the parts do not reach each other"
-                if given
-                else f"check lengths{_and_places(system, parts)}: the parts do not reach each other"
+                else one
+                or f"check {'what is given, and ' if given else ''}lengths"
+                f"{'' if given else _and_places(system, parts)}"
+                f"{turn or ': the parts do not reach each other'}"
                 if is_loop
                 else "leave out what holds the same motion twice, such as a second gear"
                 if twice
@@ -240,6 +245,24 @@ def _and_places(system: System, parts: Sequence[str]) -> str:
     if not names:
         return ""
     return f", and the {'places' if len(names) > 1 else 'place'} of {trouble.names(names)}"
+
+
+def _turned(
+    system: System,
+    u0: Vector,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    parts: Sequence[str],
+) -> str:
+    """The direction of a slide with which the loop closes, as a text to add."""
+    program, kernel = system.program, system.kernel
+    for slide, direction in square_on(program, kernel, parts):
+        with changed(kernel, direction):
+            closes = solve_stage(system, u0, rows, columns).converged
+        if closes:
+            n = entries(*direction.values())
+            return f", and the direction of `{slide}`: with `n={n}` the loop closes"
+    return ""
 
 
 def _too_far(

@@ -12,12 +12,13 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import Diagnostic, Explained, PlanarcError
 from planarc.core.prose import both
 from planarc.ir.expr import Op, postorder
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, changed
 from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode, EquationInfo, Let, Program
 from planarc.solve.messages import trouble
 from planarc.solve.messages.assertion import broken_assertion
+from planarc.solve.messages.slides import one_way
 from planarc.solve.rescue.rescue import Account
 from planarc.solve.start.system import System
 
@@ -66,6 +67,7 @@ def _block_failed(system: System, block: int) -> PlanarcError:
     names = trouble.components(program, every if alone else infos)
     locked = program.mechanism.locked if program.mechanism else None
     row = None if locked else _in_a_row(program, every)
+    row = row or one_way(program, system.kernel, [i.component for i in infos]) or None
     massless = None if locked or row else _massless(system, block)
     home = (owner(massless) if massless else "") or (infos[0].component if infos else "")
     found = (Explained if massless else Diagnostic)(
@@ -150,12 +152,9 @@ def _massless(system: System, block: int) -> str | None:
         near = owner(parameter.name) in components or parameter.name in asked
         if not near or kernel.w[parameter.slot] != 0.0:
             continue
-        kernel.w[parameter.slot] = 1.0
-        kernel.parameters()
-        if regular():
-            found.append(parameter.name)
-        kernel.w[parameter.slot] = 0.0
-    kernel.parameters()
+        with changed(kernel, {parameter.slot: 1.0}):
+            if regular():
+                found.append(parameter.name)
     return next((n for n in found if not n.endswith("]")), None)  # entries of vectors are lengths
 
 

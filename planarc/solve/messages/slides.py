@@ -1,0 +1,84 @@
+"""Slides whose direction does not let their loop close: what a user may have copied, or mistaken.
+
+In:   Program, Kernel at a point where the loop does not close; components of the loop
+Out:  what to look at, as a part of a hint; empty where directions do. Directions to try
+
+Example: the slot of a Scotch yoke with the `n` of the yoke's guide. Both carry it along one line,
+so that nothing lets the crank pin go across.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from math import cos, hypot, sin
+
+from planarc.core.prose import listed
+from planarc.ir.kernel import Kernel
+from planarc.ir.mechanism import Joint
+from planarc.ir.program import Program
+from planarc.solve.messages.loops import loop_joints
+
+Vector2 = tuple[float, float]
+
+#: The sine of the angle within which two directions are one.
+_PARALLEL = 1e-6
+#: Pins by which a loop of slides turns a crank: with more of them, parallel slides may be right.
+_PINS = 2
+
+
+def one_way(program: Program, kernel: Kernel, components: Collection[str]) -> str:
+    """A sentence about the slides of a loop that all slide along one line, with so few pins that
+    nothing moves across it."""
+    joints = _loop(program, components)
+    slides = _directions(program, kernel, joints)
+    pins = [j for j in joints if j.name not in slides and j.conditions > 1]
+    if len(slides) < 2 or len(pins) > _PINS or len(slides) + len(pins) < len(joints):
+        return ""
+    first, *others = slides.values()
+    if any(abs(_cross(first, other)) > _PARALLEL for other in others):
+        return ""
+    names = list(slides)
+    name, turned = next(square_on(program, kernel, components))
+    return (
+        f"{listed(f'`{n}`' for n in names)} slide along the same line: give one of them another "
+        f"direction, such as `{name}(n={entries(*turned.values())})`"
+    )
+
+
+def square_on(
+    program: Program, kernel: Kernel, components: Collection[str]
+) -> Iterator[tuple[str, dict[int, float]]]:
+    """The slides of a loop, each with the slots of its `n` and the values that turn it by a right
+    angle."""
+    slots = {p.name: p.slot for p in program.parameter_slots}
+    for slide in _directions(program, kernel, _loop(program, components)):
+        x, y = slots[f"{slide}.n[1]"], slots[f"{slide}.n[2]"]
+        yield slide, {x: 0.0 - float(kernel.w[y]), y: float(kernel.w[x])}
+
+
+def _loop(program: Program, components: Collection[str]) -> list[Joint]:
+    return list({j.name: j for j in loop_joints(program, components)}.values())
+
+
+def _directions(program: Program, kernel: Kernel, joints: Collection[Joint]) -> dict[str, Vector2]:
+    """The directions of slides in the world, by the names of these."""
+    n = {p.name: float(kernel.w[p.slot]) for p in program.parameter_slots}
+    at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+    found: dict[str, Vector2] = {}
+    for joint in (j.name for j in joints):
+        x, y, phi = (n.get(f"{joint}.n[1]"), n.get(f"{joint}.n[2]"), at.get(f"{joint}.frame_a.phi"))
+        if x is None or y is None or phi is None or f"{joint}.s" not in at or not hypot(x, y):
+            continue
+        c, s = cos(phi) / hypot(x, y), sin(phi) / hypot(x, y)
+        found[joint] = (c * x - s * y, s * x + c * y)
+    return found
+
+
+def _cross(a: Vector2, b: Vector2) -> float:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def entries(*v: float) -> str:
+    """A vector as it is written in a model."""
+    x, y = (0.0 if abs(e) < _PARALLEL else e for e in v)
+    return f"{{{x:.3g}, {y:.3g}}}"
