@@ -249,7 +249,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     if 1 < len(couplings) <= _SHOWN and not any(link.free == 2 for link in mechanism.links):
         hint = f"leave out one of {listed(f'`{name}`' for name in couplings)}, each of which takes "
         hint += "one motion away, unless a structure is meant"
-    rigid = _rigid_loop(mechanism)
+    rigid = _rigid_loop(dae, mechanism)
     if rigid:
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
         hint += "rigid: put a fourth joint between two of its parts, unless a structure is meant"
@@ -330,9 +330,11 @@ def _pair(mechanism: Mechanism) -> tuple[str, ...]:
     return ()
 
 
-def _rigid_loop(mechanism: Mechanism) -> tuple[str, ...]:
-    """Three joints that close a loop, if there are such."""
+def _rigid_loop(dae: Dae, mechanism: Mechanism) -> tuple[str, ...]:
+    """Three joints that close a loop, if there are such. A wheel may roll along a slide."""
+    rolling = _rolling(dae)
     plain = [j for j in mechanism.joints if j.conditions == 2 and len(j.links) == 2]
+    plain = [j for j in plain if _part(j.name) not in rolling]
     for three in combinations(plain, 3):
         ends = [link for joint in three for link in joint.links]
         if len({*ends}) == 3 and all(ends.count(link) == 2 for link in ends):

@@ -78,8 +78,9 @@ class Begun(Bench):
             self.warnings.append(coincident)
         elif (alike := judge_alike(self.program, self.kernel)) is not None:
             self.warnings.append(alike)
-        if (moved := judge_moved(self.program, self.kernel, self.held)) is not None:
-            self.warnings.append(moved)
+        moved = judge_moved(self.program, self.kernel, self.held)
+        if moved is not None and not (self.warnings and moved.severity is Severity.NOTE):
+            self.warnings.append(moved)  # what is told says why it moved
         self.delays.kink(t)
         self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:

@@ -15,6 +15,7 @@ from math import cos, hypot, sin
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import Joint
+from planarc.ir.places import own_names
 from planarc.ir.program import Program
 from planarc.solve.messages.loops import loop_joints
 
@@ -31,7 +32,7 @@ def one_way(program: Program, kernel: Kernel, components: Collection[str]) -> st
     nothing moves across it."""
     joints = _loop(program, components)
     slides = _directions(program, kernel, joints)
-    pins = [j for j in joints if j.name not in slides and j.conditions > 1]
+    pins = _pins(joints, slides)
     if len(slides) < 2 or len(pins) > _PINS or len(slides) + len(pins) < len(joints):
         return ""
     first, *others = slides.values()
@@ -45,19 +46,46 @@ def one_way(program: Program, kernel: Kernel, components: Collection[str]) -> st
     )
 
 
+def beside_wheel(program: Program, kernel: Kernel, components: Collection[str]) -> str:
+    """A sentence about the level slide of a loop that misses the centre of a wheel, which rolls on
+    the line y = 0."""
+    joints = _loop(program, components)
+    classes = {p.name: p.class_name for p in program.parts}
+    radii = {p.name: float(kernel.w[p.slot]) for p in program.parameter_slots}
+    wheels = [j.name for j in joints if classes.get(j.name, "").endswith(".RollingJoint")]
+    level = [n for n, d in _directions(program, kernel, joints).items() if abs(d[1]) < _PARALLEL]
+    if not wheels or not level or f"{wheels[0]}.R" not in radii:
+        return ""
+    wheel, slide = own_names(program, [wheels[0], level[0]])
+    return (
+        f"`{wheel}` rolls on y = 0, so that its centre is at y = {radii[f'{wheels[0]}.R']:.4g} m, "
+        f"which `{slide}` passes by: put `{slide}` at that height, or leave it out, as the wheel "
+        "holds the height alone"
+    )
+
+
 def square_on(
     program: Program, kernel: Kernel, components: Collection[str]
 ) -> Iterator[tuple[str, dict[int, float]]]:
     """The slides of a loop, each with the slots of its `n` and the values that turn it by a right
-    angle."""
+    angle. None of a loop whose pins turn bars, since these reach a slide of any direction or are
+    too short."""
     slots = {p.name: p.slot for p in program.parameter_slots}
-    for slide in _directions(program, kernel, _loop(program, components)):
+    joints = _loop(program, components)
+    slides = _directions(program, kernel, joints)
+    if len(_pins(joints, slides)) > _PINS:
+        return
+    for slide in slides:
         x, y = slots[f"{slide}.n[1]"], slots[f"{slide}.n[2]"]
         yield slide, {x: 0.0 - float(kernel.w[y]), y: float(kernel.w[x])}
 
 
 def _loop(program: Program, components: Collection[str]) -> list[Joint]:
     return list({j.name: j for j in loop_joints(program, components)}.values())
+
+
+def _pins(joints: Collection[Joint], slides: Collection[str]) -> list[Joint]:
+    return [j for j in joints if j.name not in slides and j.conditions > 1]
 
 
 def _directions(program: Program, kernel: Kernel, joints: Collection[Joint]) -> dict[str, Vector2]:

@@ -29,7 +29,7 @@ from planarc.solve.messages.loops import (
     too_far_apart,
 )
 from planarc.solve.messages.sides import other_side
-from planarc.solve.messages.slides import entries, one_way, square_on
+from planarc.solve.messages.slides import beside_wheel, entries, one_way, square_on
 from planarc.solve.start import newton
 from planarc.solve.start.apart import squares_apart, unit_of, units_in
 from planarc.solve.start.contradiction import (
@@ -196,7 +196,8 @@ def _not_assembled(
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
     far, longest = _too_far(system, root, parts, worst) if is_loop and not given else ("", "")
-    one = one_way(system.program, system.kernel, parts) if is_loop else ""
+    there = system.program, system.kernel, parts
+    one = (one_way(*there) or beside_wheel(*there)) if is_loop else ""
     turn = _turned(system, u0, rows, columns, parts) if is_loop and not (far or one) else ""
     what = (
         f"the equations of {loop} cannot be met" if loop else "the start conditions cannot be met"
@@ -256,6 +257,8 @@ def _turned(
 ) -> str:
     """The direction of a slide with which the loop closes, as a text to add."""
     program, kernel = system.program, system.kernel
+    if program.mechanism is not None and program.mechanism.locked is not None:
+        return ""
     for slide, direction in square_on(program, kernel, parts):
         with changed(kernel, direction):
             closes = solve_stage(system, u0, rows, columns).converged

@@ -1,18 +1,20 @@
-"""A guess that the start moved absurdly far: what was found is hardly what was meant.
+"""A guess that the start moved far: what was found is hardly what was meant.
 
 In:   Program, a kernel that holds the start, the uses of the start values
-Out:  a warning (R442) about the one that moved farthest, or None
+Out:  a warning (R442) about the one that moved absurdly far, a note about one that is written and
+      was left on another side, or None
 
 Only coordinates of joints count: shafts behind gears may well be many turns away. An angle counts
 where its start is written, since only then its turns were meant; a way is compared with the parts.
 
-Example: `slide(s(start=-3000))`, in mm, of a crank of 0.1 m begins 3 km away.
+Examples: `slide(s(start=-3000))`, in mm, of a crank of 0.1 m begins 3 km away. The follower of a
+cam whose frames are exchanged begins at -0.11 m below the shaft, and not at 0.1 m above it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import pi
+from math import pi, remainder
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
@@ -27,13 +29,15 @@ from planarc.solve.start.longest import lengths_of_parts
 _TURNS = 10
 #: Multiple of the longest part that a guess hardly moves by.
 _FAR = 1000.0
+#: Parts of a written place from which another one is on the other side, or nothing is left of it.
+_OTHER_SIDE, _NOTHING = 0.5, 0.1
 
 
 def judge_moved(program: Program, kernel: Kernel, held: Sequence[Held]) -> Diagnostic | None:
     """The warning about the guess that moved farthest, where that is absurd."""
     found = max(_absurd(program, kernel, held), key=lambda f: f[0], default=None)
     if found is None:
-        return None
+        return _on_another_side(program, held)
     _, guess, candidate, by = found
     return Diagnostic(
         "R442",
@@ -64,6 +68,42 @@ def _absurd(
             if way > _FAR * longest > 0:
                 by = f"{way:.4g} m, and its parts are {longest:.3g} m long"
                 yield way / (_FAR * longest), guess, candidate, by
+
+
+def _on_another_side(program: Program, held: Sequence[Held]) -> Diagnostic | None:
+    """The note about the guess that moved farthest, beside its own size. Of redundant joints that
+    share what they hold more is told."""
+    if program.sharing is not None:
+        return None
+    coordinates = _coordinates(program)
+    far: list[tuple[float, Held, CandidateSlot]] = []
+    for guess in held:
+        candidate, unit = coordinates.get(guess.name, (None, ""))
+        if guess.held or candidate is None or not candidate.start_written:
+            continue
+        way = guess.value - guess.start
+        if unit == "rad" and guess.name.endswith(".phi"):
+            way = remainder(way, 2 * pi) / (pi / 2)
+        elif guess.name.endswith(".s") and guess.start:
+            part = guess.value / guess.start
+            way = 1.0 - part if part < -_OTHER_SIDE or abs(part) < _NOTHING else 0.0
+            way /= 1.0 - _NOTHING
+        else:
+            continue
+        far.append((abs(way), guess, candidate))
+    farthest = max(far, key=lambda f: f[0], default=None)
+    if farthest is None or farthest[0] < 1.0:
+        return None
+    _, guess, candidate = farthest
+    return Diagnostic(
+        "R442",
+        f"`{guess.name}` starts at {guess.value:.4g}, far from {guess.start:.4g} as it is written "
+        "and not fixed",
+        declaration(program, candidate.start_name, candidate.span),
+        Severity.NOTE,
+        hint="if that is not meant, look at the directions, lengths and sides by which the parts "
+        "are connected; else write what follows",
+    )
 
 
 @once

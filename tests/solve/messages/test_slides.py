@@ -42,31 +42,11 @@ def test_the_offered_slide_of_two_moves_the_yoke(case: str) -> None:
     planarc.load(turned).simulate()
 
 
-FAR = """model Far
-  import PlanarMultiBody.*;
-  inner World world;
-  Parts.Fixed base(r={0.5, 0.5});
-  Joints.Revolute main(w(start=1, fixed=true));
-  Parts.BodyShape crank(r={0.1, 0}, m=1, I=0.01);
-  Joints.Revolute pin;
-  Parts.BodyShape rod(r={0.2, 0}, m=1, I=0.01);
-  Joints.Revolute wrist;
-  Joints.Prismatic rail(n={1, 0});
-equation
-  connect(world.frame_b, main.frame_a);
-  connect(main.frame_b, crank.frame_a);
-  connect(crank.frame_b, pin.frame_a);
-  connect(pin.frame_b, rod.frame_a);
-  connect(rod.frame_b, wrist.frame_a);
-  connect(base.frame_b, rail.frame_a);
-  connect(rail.frame_b, wrist.frame_b);
-end Far;
-"""
-
-
-@pytest.mark.parametrize("base", ["{0.5, 0.5}", "{0, 0.5}"])
-def test_a_direction_is_told_only_where_it_helps(base: str) -> None:
-    """0.3 m reach a rail that passes at the crank's axis, and none at 0.5 m from it."""
-    hint = hint_of(FAR.replace("{0.5, 0.5}", base))
-    assert ("with `n={0, 1}` the loop closes" in hint) == base.startswith("{0,")
+def test_lengths_are_told_where_no_direction_helps() -> None:
+    """A cam of at most 6 cm does not reach a roller that slides through x = y = 0.5 m."""
+    text = model_of("follower_along_its_face").replace("{0, 0.25}", "{0.5, 0.5}")
+    text = text.replace("connect(world.frame_b, guide", "connect(cap.frame_b, guide")
+    text = text.replace("StraightLine curve2(s_min=-0.1, s_max=0.1)", "Circle curve2(R=0.01)")
+    hint = hint_of(text)
     assert "lengths" in hint
+    assert "direction" not in hint

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from planarc.compiler import compile_model
+from planarc.core.diagnostic import Severity
 from planarc.core.options import Backend, RunOptions
 from planarc.ir.result import Held
 from planarc.request.request import Request
@@ -53,9 +54,9 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> Begun:
     [
         ("pin.phi", 2.7, 2.7 + 22 * pi, "by 11 turns"),
         ("pin.phi", 2.7, 2.7 + 18 * pi, ""),
+        ("slide.s", -0.4, -400.0, ""),
         ("eye.phi", 0.0, 22 * pi, ""),  # nobody wrote where it starts
         ("slide.s", -0.4, 600.0, "by 600.4 m, and its parts are 0.5 m long"),
-        ("slide.s", -0.4, 400.0, ""),
         ("slide.v", 0.0, 1e6, ""),
     ],
 )
@@ -66,6 +67,7 @@ def test_only_absurd_moves_are_told(
     assert (found is not None) == bool(told)
     if found is not None:
         assert found.code == "R442" and found.message.endswith(told)
+        assert found.severity is Severity.WARNING
         assert found.span is not None and name.partition(".")[0] in found.span.text
 
 
@@ -78,3 +80,26 @@ def test_the_farthest_of_all_is_told_and_nothing_of_what_is_held(begun: Begun) -
     found = judge_moved(begun.program, begun.kernel, held)
     assert found is not None and "`pin.phi`" in found.message
     assert judge_moved(begun.program, begun.kernel, begun.held) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "value", "told"),
+    [
+        ("slide.s", -0.4, 0.39, True),
+        ("slide.s", -0.4, 0.1, False),  # a rough guess
+        ("slide.s", -0.4, -0.01, True),  # nothing is left of it
+        ("slide.s", -0.4, -1.2, False),
+        ("pin.phi", 2.7, 2.7 - 0.6 * pi, True),
+        ("pin.phi", 2.7, 2.7 - 0.4 * pi, False),
+        ("pin.phi", 2.7, 2.8 + 2 * pi, False),  # a whole turn leads back
+        ("eye.phi", 0.0, pi, False),  # nobody wrote where it starts
+    ],
+)
+def test_a_guess_on_another_side_is_a_note(
+    begun: Begun, name: str, start: float, value: float, told: bool
+) -> None:
+    found = judge_moved(begun.program, begun.kernel, (Held(name, start, value, False),))
+    assert (found is not None) == told
+    if found is not None:
+        assert found.severity is Severity.NOTE
+        assert found.span is not None and name.partition(".")[0] in found.span.text
