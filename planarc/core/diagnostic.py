@@ -198,14 +198,15 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:
             continue
+        if isinstance(w, Massless) and errors and errors[0].code.startswith("R41"):
+            related = (*errors[0].related, Related(w.message, w.span))
+            errors[0] = replace(errors[0], hint=w.hint or errors[0].hint, related=related)
+            continue
         if at is not None and w.span is not None and isinstance(errors[at], Explained):
             related = (*errors[at].related, Related(w.message, w.span))
             errors[at] = replace(errors[at], related=related)
         elif at is not None and w.span is not None:
             errors[at] = replace(errors[at], hint=f"mend `{w.span.text}` first: {w.message}")
-        elif isinstance(w, Massless) and errors and errors[0].code.startswith("R41"):
-            related = (*errors[0].related, Related(w.message, w.span))
-            errors[0] = replace(errors[0], hint=w.hint or errors[0].hint, related=related)
         else:
             others.append(w)
     return (*others, *errors)

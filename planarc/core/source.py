@@ -61,6 +61,18 @@ class Source:
         # Trees are cached on disk; a text that lives in a file stays there.
         return (Source, (self.name, None if self.path else self._text, self.path))
 
+    def __eq__(self, other: object) -> bool:
+        # Entries of a cache that are read one by one have each its own.
+        if self is other or not isinstance(other, Source):
+            return self is other
+        if (self.name, self.path) != (other.name, other.path):
+            return False
+        unread = self._text is None and other._text is None
+        return unread or self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
     def __repr__(self) -> str:
         return f"Source({self.name!r})"
 
