@@ -75,7 +75,8 @@ def _doubt_equality(scope: Scope, e: flat.Binary, left: Expr, right: Expr) -> No
     a, b = e.left.span.text, e.right.span.text
     truth = "false" if e.op == "==" else "true"
     message = f"`{e.span.text}` is as good as always {truth}: a number that moves steps over values"
-    hint = f"ask on which side it is, as `{a} > {b}`; a `when` of that fires where it rises through"
+    hint = f"ask on which side it is: a `when` fires for `{a} > {b}` where it rises through, and "
+    hint += f"for `{a} < {b}` where it falls through"
     found = Diagnostic("L316", message, e.span, Severity.WARNING, hint=hint)
     if found not in scope.model.warnings:
         scope.model.warnings.append(found)

@@ -78,7 +78,7 @@ class Begun(Bench):
             self.warnings.append(coincident)
         elif (alike := judge_alike(self.program, self.kernel)) is not None:
             self.warnings.append(alike)
-        moved = judge_moved(self.program, self.kernel, self.held)
+        moved = judge_moved(self.program, self.kernel, self.held, self.request.starts)
         if moved is not None and not (self.warnings and moved.severity is Severity.NOTE):
             self.warnings.append(moved)  # what is told says why it moved
         self.delays.kink(t)

@@ -262,7 +262,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
             raise _usage(
                 "R404",
                 f"`{name}` is a variable, not a parameter",
-                f"set its start value with `{name}.start`",
+                _given_by(program, name) or f"set its start value with `{name}.start`",
             )
         entries = [n for n in known if n.startswith(f"{name}[")]
         if entries:
@@ -352,6 +352,16 @@ def _units(program: Program) -> dict[str, str]:
     return {c.name: c.unit for c in program.columns}
 
 
+def _given_by(program: Program, name: str) -> str | None:
+    """What to set where a parameter has the name of a variable, or of one that is the same, and an
+    addition to it; e.g. `w_fixed` of a motor, for the speed of its hinge."""
+    slot = next((c.slot for c in program.columns if c.name == name), None)
+    same = [c.name for c in program.columns if c.slot == slot]
+    known = [p.name for p in program.parameter_slots if p.settable]
+    given = (p for p in known if any(p.startswith(f"{n}_") for n in same))
+    return next((f"set `{p}`, which gives it" for p in given), None)
+
+
 def _deciding(program: Program, name: str) -> Sequence[str]:
     """The candidates that may decide a variable: of the joints that hold its part, nearest to the
     ground first, those of its unit; else the nearest names."""
@@ -386,7 +396,8 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
             raise _usage(
                 "R400",
                 f"`{name}` follows from other variables: its start value has no effect",
-                f"set the start value of {either(near)}" if near else None,
+                _given_by(program, name)
+                or (f"set the start value of {either(near)}" if near else None),
             )
         result[slots[slot]] = sign * _finite(f"{name}.start", value)
     return result

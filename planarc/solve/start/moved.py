@@ -2,7 +2,7 @@
 
 In:   Program, a kernel that holds the start, the uses of the start values
 Out:  a warning (R442) about the one that moved absurdly far, a note about one that is written and
-      was left on another side, or None
+      was left on another side, or None; a warning about a speed that was asked for and not kept
 
 Only coordinates of joints count: shafts behind gears may well be many turns away. An angle counts
 where its start is written, since only then its turns were meant; a way is compared with the parts.
@@ -13,31 +13,38 @@ cam whose frames are exchanged begins at -0.11 m below the shaft, and not at 0.1
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from math import pi, remainder
+from collections.abc import Collection, Iterator, Sequence
+from itertools import chain
+from math import isclose, pi, remainder
 
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.places import declaration, owner
-from planarc.ir.program import CandidateSlot, Program
+from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.ir.result import Held
+from planarc.solve.messages.loops import SPEEDS, given_of
 from planarc.solve.start.longest import lengths_of_parts
 
 #: Turns that a guess hardly moves by.
 _TURNS = 10
 #: Multiple of the longest part that a guess hardly moves by.
 _FAR = 1000.0
+#: The difference, beside 1 and beside the value, of what is kept.
+_KEPT = 1e-6
 #: Parts of a written place from which another one is on the other side, or nothing is left of it.
 _OTHER_SIDE, _NOTHING = 0.5, 0.1
 
 
-def judge_moved(program: Program, kernel: Kernel, held: Sequence[Held]) -> Diagnostic | None:
-    """The warning about the guess that moved farthest, where that is absurd."""
+def judge_moved(
+    program: Program, kernel: Kernel, held: Sequence[Held], given: Collection[int] = ()
+) -> Diagnostic | None:
+    """The warning about the guess that moved farthest, where that is absurd; or about a speed that
+    was `given` for this run, by the slot of its start value, and is not kept."""
     found = max(_absurd(program, kernel, held), key=lambda f: f[0], default=None)
     if found is None:
-        return _on_another_side(program, held)
+        return _not_kept(program, kernel, held, given) or _on_another_side(program, held)
     _, guess, candidate, by = found
     return Diagnostic(
         "R442",
@@ -68,6 +75,31 @@ def _absurd(
             if way > _FAR * longest > 0:
                 by = f"{way:.4g} m, and its parts are {longest:.3g} m long"
                 yield way / (_FAR * longest), guess, candidate, by
+
+
+def _not_kept(
+    program: Program, kernel: Kernel, held: Sequence[Held], given: Collection[int]
+) -> Diagnostic | None:
+    """The warning about the first such speed. A place that is given may be meant as a guess."""
+    slots: Iterator[CandidateSlot | FixedSlot] = chain(program.candidates, program.fixed)
+    places = {c.display: c for c in slots if c.start in given} if given else {}
+    for guess in held:
+        joint, _, speed = guess.name.rpartition(".")
+        place = places.get(guess.name)
+        kept = isclose(guess.value, guess.start, rel_tol=_KEPT, abs_tol=_KEPT)
+        if place is None or guess.held or kept or speed not in SPEEDS:
+            continue
+        giver = given_of(program, kernel, [joint], SPEEDS).rpartition("which ")[2]
+        why = f"{giver} it" if giver else "it follows so from what else is held"
+        return Diagnostic(
+            "R442",
+            f"`{guess.name}` starts at {guess.value:.4g}, and not at {guess.start:.4g}, which was "
+            f"asked for: {why}",
+            declaration(program, place.start_name, place.span),
+            Severity.WARNING,
+            hint=None if giver else "leave it out, or set what is held instead",
+        )
+    return None
 
 
 def _on_another_side(program: Program, held: Sequence[Held]) -> Diagnostic | None:
