@@ -5,7 +5,7 @@ The file is long because a start fails in several ways, and each message asks th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import hypot
 from operator import add
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ from planarc.core.unit import LOADS
 from planarc.ir.dae import MISFIT
 from planarc.ir.kernel import changed
 from planarc.ir.places import declaration, is_own, own_names, own_part, owner, point_home
-from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
+from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.loops import (
     bearings_of_loop,
@@ -40,6 +40,7 @@ from planarc.solve.start.contradiction import (
     initial_against_fixed,
 )
 from planarc.solve.start.held import Choice, places, weakness
+from planarc.solve.start.lengths import longer_crank, much_shorter
 from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.refused import NotAssembled
 from planarc.solve.start.singular import dead_centre
@@ -55,8 +56,6 @@ _WORST = 3
 
 #: Length (m) or angle (rad) below which Newton's method means zero.
 _SMALL = 1e-6
-#: A bar that is shorter by so many times than the next one of its loop may be a slip.
-_SHORT = 3.0
 #: Share of a free motion in the held values below which a position is called a dead centre.
 DEAD_CENTRE = 2e-2
 
@@ -420,13 +419,15 @@ def _not_reachable(
     near = None if moving else weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"
     related: tuple[Related, ...] = ()
+    exchanged = ""
     if not moving and len(kept) == 1:
         around = [owner(kept[0].display)]
         length += other_side(program, system.kernel, around, values[0], reached[0])
         parts = _parts(system, rows, columns, root.residuals)
         lengths = lengths_in_loop(program, system.kernel, parts)
         gap = _distance(worst) if worst else 0.0
-        related = _much_shorter(program, lengths, around[0], gap)
+        related = much_shorter(program, lengths, around[0], gap)
+        exchanged = longer_crank(program, parts, lengths, around[0])
         length += _and_places(system, parts).replace(", and", ", or")
     return _at_home(
         system,
@@ -437,7 +438,9 @@ def _not_reachable(
             if kept
             else f"the loop of {loop} cannot be assembled from its start values",
             declaration(program, names[0], kept[0].span) if kept else None,
-            hint=f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
+            hint=f"{exchanged}; or start inside its reach: {nearest} is a dead centre"
+            if exchanged
+            else f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
             f"values of another joint, or change {length}"
             if near is not None and near.share < DEAD_CENTRE
             else f"start with {nearest}, {'as' if moving else 'where'} it "
@@ -448,21 +451,3 @@ def _not_reachable(
         ),
         worst,
     )
-
-
-def _much_shorter(
-    program: Program, lengths: Mapping[str, float], turned: str, gap: float
-) -> tuple[Related, ...]:
-    """The note about a bar that is much shorter than all others of its loop, and than the `gap` in
-    it; and no crank, which the joint that is `turned` carries."""
-    shortest, *others = sorted(lengths, key=lambda name: lengths[name]) or [""]
-    if len(others) < 2 or lengths[shortest] > min(gap, lengths[others[0]] / _SHORT):
-        return ()
-    mechanism, part = program.mechanism, own_part(program, shortest)
-    joint = next((j for j in mechanism.joints if j.name == turned), None) if mechanism else None
-    links = [mechanism.links[i] for i in joint.links] if mechanism and joint else []
-    if part is None or any(owner(frame) == shortest for link in links for frame in link.frames):
-        return ()
-    told = listed(f"`{name}` {lengths[name]:.4g} m" for name in others)
-    message = f"`{shortest}` is {lengths[shortest]:.4g} m long, and {told}: is it too short?"
-    return (Related(message, part.span),)
