@@ -273,9 +273,12 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
                 "the joint between the two parts, which are there with `drivenFlange=true`"
             )
         return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
+    there = "axis" in joint.elements  # it is switched on
     if two:
+        switch = "" if there else f": both are there with `{name}(drivenFlange=true)`"
         return (
             f"connect it to `{name}.axis`, which moves with `{name}.frame_b`, or `{name}.support`, "
-            f"which stays with `{name}.frame_a`: both are there with `{name}(drivenFlange=true)`"
+            f"which stays with `{name}.frame_a`{switch}"
         )
-    return f"write `connect({flange.name}, {name}.axis)`, and `{name}(drivenFlange=true)`"
+    switch = "" if there else f", and `{name}(drivenFlange=true)`"
+    return f"write `connect({flange.name}, {name}.axis)`{switch}"
