@@ -11,6 +11,7 @@ Out:  warnings and notes, in the order in which they are told
     late        sources that begin after its end
     limited     controllers that are at their limit
     pulling     contacts that pull, and tell it to the model alone
+    sparse      rows that do not show a motion
     still       nothing moves, where nothing else is told
 """
 
@@ -26,6 +27,7 @@ from planarc.insight.passing import judge_passing
 from planarc.insight.pulling import judge_pulling
 from planarc.insight.reactions import judge_reactions
 from planarc.insight.runaway import judge_runaway
+from planarc.insight.sparse import judge_sparse
 from planarc.insight.still import judge_still
 
 if TYPE_CHECKING:
@@ -43,6 +45,7 @@ def judge(result: Result, tolerance: float) -> list[Diagnostic]:
     found += judge_late(result)
     found += judge_limited(result)
     found += judge_pulling(result)
+    found += judge_sparse(result)
     if not found:
         found += judge_still(result)
     return found
