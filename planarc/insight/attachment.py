@@ -100,7 +100,7 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     groups = grouped(loose, sets.find)
     if not groups:
         return ()
-    connected = {f for names in connections for f in names if not _is_open(f, names)}
+    connected = {f for names in connections for f in names if not is_open(f, names)}
     moving = find_moving(dae)
     found = []
     for group in groups.values():
@@ -128,7 +128,7 @@ def _instead(
     return ()
 
 
-def _is_open(frame: str, connected: Iterable[str]) -> bool:
+def is_open(frame: str, connected: Iterable[str]) -> bool:
     """Whether a frame is connected to nothing outside of its component."""
     inside = f"{owner(frame)}."
     return all(name.startswith(inside) for name in connected)
@@ -231,7 +231,7 @@ def _unheld(
 
 def _open_beside(dae: Dae, mechanism: Mechanism, group: Group) -> tuple[str, ...]:
     """The frames of the model's other joints to which nothing is connected."""
-    connected = {f for names in dae.connections for f in names if not _is_open(f, names)}
+    connected = {f for names in dae.connections for f in names if not is_open(f, names)}
     others = (j for j in mechanism.joints if j.name not in group.components)
     frames = (f for joint in others for f in joint.frames if f.count(".") == 1)
     return tuple(f for f in frames if f not in connected)

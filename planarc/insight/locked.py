@@ -32,7 +32,7 @@ from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Op, below, symbol_text
 from planarc.ir.mechanism import GROUND, Mechanism
-from planarc.ir.places import own_names, own_part, owner
+from planarc.ir.places import is_own, own_names, own_part, owner
 from planarc.ir.sorted import Assignment, Block, Residual, SortedDae, Step, computed
 
 
@@ -70,7 +70,7 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
     """The warning about a bar with two joints of a loop at one end, and nothing at the other."""
     joints = {joint.name for joint in mechanism.joints}
     joined: dict[str, list[tuple[str, list[str]]]] = {}  # part -> its frame, what is joined to it
-    pins = find_pins(dae, mechanism)
+    pins, own = find_pins(dae, mechanism), [c for c in dae.connects if is_own(dae, c.span)]
     for names in dae.connections:
         for name in names:
             others = [owner(n) for n in names if _top(n) != _top(name)]
@@ -88,11 +88,31 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
             free = next(f for f in frames if f != end)
             if found is not None:
                 return _doubled(dae, part, end, free, found)
+            if len(at_end) != 2 or any(
+                {owner(c.left), owner(c.right)} == {*at_end} for c in dae.connects
+            ):
+                continue
+            onward = next((j for j in at_end if f"{j}.frame_a" in _there(dae, end)), at_end[1])
             rods = [o for o in others if o not in joints and owners[o] > 1]
-            on_one_pin = any({owner(c.left), owner(c.right)} == {*at_end} for c in dae.connects)
-            if len(at_end) == 2 and not rods and not on_one_pin:
-                return _at_near_end(dae, part, end, free, (at_end[0], at_end[1]))
+            meant = not rods or any({c.left, c.right} == {end, f"{onward}.frame_a"} for c in own)
+            if meant and not _turns_wheel(dae, mechanism, onward):
+                return _at_near_end(dae, part, end, free, (at_end[0], at_end[1]), onward)
     return None
+
+
+def _there(dae: Dae, frame: str) -> tuple[str, ...]:
+    """The frames that are one with it."""
+    return next(names for names in dae.connections if frame in names)
+
+
+def _turns_wheel(dae: Dae, mechanism: Mechanism, joint: str) -> bool:
+    """Whether a drive turns nothing but bodies on the axis by a joint, as a flywheel."""
+    flange = f"{joint}.axis"
+    if not any(flange in names and len(names) > 1 for names in dae.connections):
+        return False
+    links = next(j.links for j in mechanism.joints if j.name == joint)
+    owners = Counter(owner(f) for f in mechanism.links[max(links)].frames)
+    return max(owners.values(), default=0) < 2  # no bar
 
 
 def find_held_angle(dae: Dae, mechanism: Mechanism) -> Locked | None:
@@ -171,9 +191,9 @@ def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) 
     return _told_at(dae, part, message, f"connect one of them to `{free}`")
 
 
-def _at_near_end(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:
-    there = next(names for names in dae.connections if end in names)
-    onward = next((j for j in joints if f"{j}.frame_a" in there), joints[1])
+def _at_near_end(
+    dae: Dae, part: str, end: str, free: str, joints: tuple[str, str], onward: str
+) -> Locked:
     message = (
         f"nothing is connected to `{free}`, and {both(joints)} turn about the same point: `{end}`"
     )
@@ -239,5 +259,19 @@ def _hold_each_other(dae: Dae, names: Sequence[str]) -> Locked | None:
         f"{listed(f'`{n}`' for n in names)} cannot move: they hold each other",
         part.span,
         Severity.WARNING,
-        hint="put a hinge between each wheel and what it carries",
+        hint=_hinge_between(dae, wheels),
     )
+
+
+def _hinge_between(dae: Dae, wheels: Sequence[str]) -> str:
+    """Where a hinge is missing, beside wheels that have one."""
+    pins = {p.name for p in dae.parts if p.class_name.endswith(".Revolute")}
+    fixed: dict[str, list[str]] = {}
+    for c in dae.connects:
+        for wheel, other in ((owner(c.left), owner(c.right)), (owner(c.right), owner(c.left))):
+            if wheel in wheels:
+                fixed.setdefault(wheel, []).append(other)
+    bare = [w for w, others in fixed.items() if pins.isdisjoint(others)]
+    if len(bare) == 1:
+        return f"put a hinge between `{bare[0]}` and `{fixed[bare[0]][0]}`"
+    return "put a hinge between each wheel and what it carries"

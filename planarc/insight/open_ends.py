@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import be, both, shortened
-from planarc.insight.attachment import open_apart, place
+from planarc.insight.attachment import is_open, open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, owner
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
@@ -89,28 +89,29 @@ def bare_joints(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
 
 
 def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
-    """The warnings about rods without mass, of which one end has two connections and the other one
-    has none: what was to hang on that end hangs on this one."""
-    connected = {name for names in dae.connections if len(names) > 1 for name in names}
+    """The warnings about rods of which one end has no connection: what was to hang on it hangs on
+    the other one, which has two and no mass, or on the end of an equal rod beside it."""
+    connected = {f for names in dae.connections for f in names if not is_open(f, names)}
     heavy = {owner(p.name) for p in dae.parameters if p.name.endswith(".m")}
     joints = {joint.name for joint in mechanism.joints}
     for link in mechanism.links[1:]:
         for end in (f for f in link.frames if f.count(".") == 1 and f not in connected):
             part = owner(end)
             inside = [f for f in link.frames if owner(f) == part]
-            if part in joints or part in heavy or len(inside) != 2:
+            if part in joints or len(inside) != 2:
                 continue
-            hint, related = _instead(dae, end, "")
-            if hint:
-                yield Diagnostic(
-                    "S323",
-                    f"`{part}` changes nothing: it has no mass, and `{end}` is connected to "
-                    "nothing",
-                    place(dae, part),
-                    Severity.WARNING,
-                    hint=hint,
-                    related=related,
-                )
+            hint, related = ("", ()) if part in heavy else _instead(dae, end, "")
+            if not hint:
+                hint, related = _on_its_twin(dae, end, inside, heavy)
+            if not hint:
+                continue
+            told = f"nothing is connected to `{end}`"
+            if part not in heavy:
+                told = f"`{part}` changes nothing: it has no mass, and `{end}` is connected to "
+                told += "nothing"
+            yield Diagnostic(
+                "S323", told, place(dae, part), Severity.WARNING, hint=hint, related=related
+            )
 
 
 def _instead(dae: Dae, end: str, hint: str) -> tuple[str, tuple[Related, ...]]:
@@ -123,6 +124,27 @@ def _instead(dae: Dae, end: str, hint: str) -> tuple[str, tuple[Related, ...]]:
     there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == part)
     hint = f"{both(others)} are both connected to `{there}`: connect one of them to `{end}` instead"
     return hint, (Related("the second of them", both_there[-1].span),)
+
+
+def _on_its_twin(
+    dae: Dae, end: str, inside: Sequence[str], heavy: set[str]
+) -> tuple[str, tuple[Related, ...]]:
+    """What to do where a rod of the same class begins at the same place, and its far end carries
+    two bodies; and where the second of these is connected."""
+    (near,) = (f for f in inside if f != end)
+    classes = {p.name: p.class_name for p in dae.parts}
+    beside = next((names for names in dae.connections if near in names), ())
+    for there in beside:
+        twin = owner(there)
+        if twin == owner(end) or classes.get(twin) != classes.get(owner(end)):
+            continue
+        far = f"{twin}.{end.rpartition('.')[2]}"
+        own = [c for c in dae.connects if far in (c.left, c.right) and is_own(dae, c.span)]
+        bodies = [owner(c.right if c.left == far else c.left) for c in own]
+        if len(bodies) == 2 and heavy.issuperset(bodies):
+            hint = f"{both(bodies)} are both connected to `{far}`: connect one of them to `{end}`"
+            return f"{hint} instead", (Related("the second of them", own[-1].span),)
+    return "", ()
 
 
 def _at_the_other_end(dae: Dae, end: str) -> list[Connect]:

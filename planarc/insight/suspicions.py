@@ -14,6 +14,7 @@ Out:  warnings, in the order in which they are told
     idle          springs, dampers and drives within one part
     signals       degrees for radian
     repelling     control laws of the wrong sign
+    apart         mechanisms that do not act on each other
     proportions   bars whose numbers do not suit each other
 
 One of them may be the reason of another: of copied connections to loads on an axis only the first
@@ -25,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from planarc.core.diagnostic import Diagnostic, Loose
+from planarc.insight.apart import independent_mechanisms
 from planarc.insight.attachment import attachment_warnings
 from planarc.insight.copied import copied_connections
 from planarc.insight.doubled import doubled_contacts
@@ -57,7 +59,10 @@ def find_suspicions(
     doubts = doubts or tuple(doubled_contacts(dae))
     if held is None:
         doubts = doubts or _first(dae, mechanism, bare_rods, loads_on_ground, loads_on_axes)
-    return (*found, *drives, *(doubts or _first(dae, mechanism, unsprung_bodies)), *told)
+    doubts = doubts or _first(dae, mechanism, unsprung_bodies)
+    if not (found or drives or doubts or told):
+        doubts = tuple(independent_mechanisms(dae, mechanism))
+    return (*found, *drives, *doubts, *told)
 
 
 def _first(dae: Dae, mechanism: Mechanism, *finders: _Finder) -> tuple[Diagnostic, ...]:

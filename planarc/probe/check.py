@@ -60,6 +60,7 @@ class Seen(Data):
     dae: Dae
     model: SortedDae
     wrong: tuple[Diagnostic, ...] = ()  # values that end any run
+    held: Diagnostic | None = None  # what is told of parts that cannot move
 
 
 def look_at(target: Target, clock: Clock) -> Seen:
@@ -75,7 +76,7 @@ def look_at(target: Target, clock: Clock) -> Seen:
     warnings = (*dae.warnings, *likely, *stages.attachment_warnings(dae, mechanism, held))
     checked = Checked(flat.name, *sizes, in_one(warnings), mechanism)
     wrong = tuple(d for d in doubts if d.severity is Severity.ERROR)
-    return Seen(checked, flat, dae, model, wrong)
+    return Seen(checked, flat, dae, model, wrong, held)
 
 
 def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
@@ -88,7 +89,7 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
         return checked
     found, warnings = None, checked.warnings
     try:
-        found = _put_together(seen.model, mechanism, clock)
+        found = _put_together(seen, clock)
     except PlanarcError as problem:
         if start:
             raise
@@ -97,6 +98,8 @@ def judge(seen: Seen, clock: Clock, start: bool = False) -> Checked:
         reasons = {w.span for w in warnings if w.code == "S323"}
         found_there = () if doubled else (d for d in problem.diagnostics if d.span not in reasons)
         told = tuple(_warning(d) for d in found_there if _tells(d))
+        said = {(d.message, d.span) for d in told}  # as the reason why it cannot start
+        warnings = tuple(w for w in warnings if (w.message, w.span) not in said)
         warnings = in_one((*warnings, *told))
         if told:  # by that they cannot move, too
             return replace(checked, warnings=warnings)
@@ -150,13 +153,15 @@ def _told(mechanism: Mechanism, mobility: Mobility | None) -> str:
     return f"{text}, {mobility.rank} by rank at the start ({told})"
 
 
-def _put_together(model: SortedDae, mechanism: Mechanism | None, clock: Clock) -> Mobility | None:
+def _put_together(seen: Seen, clock: Clock) -> Mobility | None:
     """The model at its start, as a run does it, and how its mechanism may move there. Raises
     PlanarcError where there is no start."""
     from planarc.insight.rank import deficiency
     from planarc.solve.start.redundancy import Redundant
 
-    program = replace(stages.to_program(model, clock), mechanism=mechanism)
+    mechanism = seen.checked.mechanism
+    program = stages.to_program(seen.model, clock)
+    program = replace(program, mechanism=mechanism, locked=seen.held)
     code = stages.to_code(program, Backend.NUMPY, clock)
     with clock.phase("start"):
         opened, redundant = open_program(program, str(code)), None

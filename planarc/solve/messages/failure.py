@@ -25,6 +25,7 @@ from planarc.solve.messages.loops import (
     lengths_in_loop,
     loop_names,
 )
+from planarc.solve.messages.slides import goes_round
 from planarc.solve.solvers.integrator import Cause
 
 
@@ -340,23 +341,25 @@ def _block(
         if speed := given_in_loop(program, kernel, parts, SPEEDS):
             message = f"{place} the loop of {around} cannot be closed any further with {speed}"
             found = replace(found, message=message)
-            found = _jammed(found, program, lengths_in_loop(program, kernel, parts))
+            lengths = lengths_in_loop(program, kernel, parts)
+            found = _jammed(found, program, lengths, goes_round(program, kernel, parts, lengths))
     if hollow:
         found = replace(found, hint=hollow)
     return point_home(program, found, worst[0][1].component if worst else "")
 
 
 def _jammed(
-    found: trouble.Unsolved, program: Program, lengths: Mapping[str, float]
+    found: trouble.Unsolved, program: Program, lengths: Mapping[str, float], turn: tuple[str, str]
 ) -> trouble.Unsolved:
     """The message of a loop that its drive leads to where it cannot be closed, at the shortest of
-    its bars."""
-    shortest = min(lengths, key=lambda name: lengths[name], default="")
+    its bars; or at a slide and how to `turn` that."""
+    slide, otherwise = turn
+    shortest = slide or min(lengths, key=lambda name: lengths[name], default="")
     told = listed(f"`{name}` over {length:.4g} m" for name, length in lengths.items())
     part = own_part(program, shortest)
     hint = "it is jammed here, as its parts do not reach where this leads"
     hint += f", {told}" if told else ""
-    hint += ": end the run before, or change lengths"
+    hint += f": {f'{otherwise}; or ' if slide else ''}end the run before, or change lengths"
     return replace(found, span=part.span if part else found.span, hint=hint)
 
 

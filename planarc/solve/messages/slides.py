@@ -9,12 +9,12 @@ so that nothing lets the crank pin go across.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from math import cos, hypot, sin
 
 from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.mechanism import Joint
+from planarc.ir.mechanism import GROUND, Joint
 from planarc.ir.places import own_names
 from planarc.ir.program import Program
 from planarc.solve.messages.loops import loop_joints
@@ -39,10 +39,10 @@ def one_way(program: Program, kernel: Kernel, components: Collection[str]) -> st
     if any(abs(_cross(first, other)) > _PARALLEL for other in others):
         return ""
     names = list(slides)
-    name, turned = next(square_on(program, kernel, components))
+    n = entries(*_square(program, kernel, names[0]).values())
     return (
-        f"{listed(f'`{n}`' for n in names)} slide along the same line: give one of them another "
-        f"direction, such as `{name}(n={entries(*turned.values())})`"
+        f"{listed(f'`{name}`' for name in names)} slide along the same line: give one of them "
+        f"another direction, such as `{names[0]}(n={n})`"
     )
 
 
@@ -70,14 +70,43 @@ def square_on(
     """The slides of a loop, each with the slots of its `n` and the values that turn it by a right
     angle. None of a loop whose pins turn bars, since these reach a slide of any direction or are
     too short."""
-    slots = {p.name: p.slot for p in program.parameter_slots}
     joints = _loop(program, components)
     slides = _directions(program, kernel, joints)
-    if len(_pins(joints, slides)) > _PINS:
-        return
-    for slide in slides:
-        x, y = slots[f"{slide}.n[1]"], slots[f"{slide}.n[2]"]
-        yield slide, {x: 0.0 - float(kernel.w[y]), y: float(kernel.w[x])}
+    if len(_pins(joints, slides)) <= _PINS:
+        yield from ((slide, _square(program, kernel, slide)) for slide in slides)
+
+
+def goes_round(
+    program: Program, kernel: Kernel, components: Collection[str], lengths: Mapping[str, float]
+) -> tuple[str, str]:
+    """The slide of a crank and a rod of some `lengths`, turned by a right angle, if the crank can
+    go round so and cannot as it is: its name, and what to do."""
+    mechanism, joints = program.mechanism, _loop(program, components)
+    slides = _directions(program, kernel, joints)
+    bearings = [j for j in joints if GROUND in j.links and j.name not in slides]
+    if mechanism is None or len(joints) != 4 or len(slides) != 1 or len(bearings) != 1:
+        return "", ""
+    ((slide, d),) = slides.items()
+    at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
+    turning = {f.rpartition(".")[0] for f in mechanism.links[max(bearings[0].links)].frames}
+    cranks = [bar for bar in lengths if bar in turning]
+    ends = [f"{joint}.frame_a.r[{i}]" for joint in (slide, bearings[0].name) for i in (1, 2)]
+    if len(lengths) != 2 or len(cranks) != 1 or not at.keys() >= {*ends}:
+        return "", ""
+    x, y, u, v = (at[end] for end in ends)
+    (rod,) = (length for bar, length in lengths.items() if bar != cranks[0])
+    needs = [lengths[cranks[0]] + abs(_cross((u - x, v - y), e)) for e in (d, (-d[1], d[0]))]
+    if not needs[1] < rod <= needs[0]:
+        return "", ""
+    n = entries(*_square(program, kernel, slide).values())
+    return slide, f"turn `{slide}`: with `n={n}`, `{cranks[0]}` can go round"
+
+
+def _square(program: Program, kernel: Kernel, slide: str) -> dict[int, float]:
+    """The slots of a slide's `n`, and the values that turn it by a right angle."""
+    slots = {p.name: p.slot for p in program.parameter_slots}
+    x, y = slots[f"{slide}.n[1]"], slots[f"{slide}.n[2]"]
+    return {x: 0.0 - float(kernel.w[y]), y: float(kernel.w[x])}
 
 
 def _loop(program: Program, components: Collection[str]) -> list[Joint]:

@@ -8,8 +8,9 @@ an assembly it is that one. Where a written value has been left far behind, or a
 nothing but defaults to start from, other guesses are tried, always the same ones: the
 written values of dependent coordinates pull, and the others go round. Of the assemblies
 found counts the nearest: by written values first, then by those of the joints
-(StateSelect.prefer), then by all. Equally near ones are told apart by the sign of the
-first coordinate in which they differ.
+(StateSelect.prefer), then by all. An angle that is a turn away is as far as can be: a wheel
+that rolls along turns often, and decides nothing. Equally near ones are told apart by the
+sign of the first coordinate in which they differ.
 
 Example: a four-bar with a held crank and a rough value of the rocker's angle, which
 follows from the others; it closes on the rocker's side, whichever angles are guessed.
@@ -66,6 +67,7 @@ class Guide(Data):
     weight: float
     column: int
     place: int  # in the order of declaration
+    angle: bool
 
 
 def nearest_root(
@@ -172,9 +174,12 @@ class _Level:
             self._seen = place, found
         return self._seen[1]
 
-    def _distance(self, values: Vector) -> float:
+    def _distance(self, values: Vector, turns: float = math.inf) -> float:
+        """How far values are from their guides; angles are so many turns from them at most."""
         pairs = zip(self.guides, values.tolist(), strict=True)
-        return float(sum(g.weight * (v - g.start) ** 2 for g, v in pairs))
+        most = turns * TURN
+        ways = ((g.weight, abs(v - g.start), most if g.angle else math.inf) for g, v in pairs)
+        return math.fsum(weight * min(way, farthest) ** 2 for weight, way, farthest in ways)
 
     def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
         """Whether written values, or defaults in loops without written ones, have stayed near."""
@@ -237,9 +242,11 @@ class _Level:
         """Equally near ones are ordered by their first coordinates, so that rounding decides
         nothing."""
         values = [self._values(r.point) for r in found]
-        distances = list(map(self._distance, values))
-        enough = min(distances) * (1 + 1e-6) + 1e-12
-        near = [i for i, d in enumerate(distances) if d <= enough]
+        near = list(range(len(found)))
+        for turns in (1.0, math.inf):
+            distances = [self._distance(values[i], turns) for i in near]
+            enough = min(distances) * (1 + 1e-6) + 1e-12
+            near = [i for i, d in zip(near, distances, strict=True) if d <= enough]
         return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]
 
 
@@ -252,14 +259,14 @@ def _guides(system: System, free: Sequence[int]) -> list[Guide]:
         plan = known[key] = _plan(system, free)
     w = system.kernel.w
     return [
-        Guide(slot, float(w[start]), weight, column, place)
-        for slot, start, weight, column, place in plan
+        Guide(slot, float(w[start]), weight, column, place, angle)
+        for slot, start, weight, column, place, angle in plan
     ]
 
 
 #: The guides of some candidates, for what is given and held: slots of values and of start values,
 #: and what else a `Guide` tells.
-_Plan: TypeAlias = tuple[tuple[int, int, float, int, int], ...]
+_Plan: TypeAlias = tuple[tuple[int, int, float, int, int, bool], ...]
 
 
 @once
@@ -274,6 +281,7 @@ def _plan(system: System, free: Sequence[int]) -> _Plan:
     last = len(places)
     heights = {program.blocks[program.candidates[c].block].height for c in free}
     others = (f for f in program.fixed if f.height in heights and f not in system.conditions)
+    angles = {c.slot for c in program.columns if c.unit == "rad"}
     items: list[tuple[CandidateSlot | FixedSlot, int]] = [(program.candidates[i], i) for i in free]
     items += ((f, -1) for f in others)
     found = []
@@ -281,5 +289,5 @@ def _plan(system: System, free: Sequence[int]) -> _Plan:
         weight = JOINT if item.select >= StateSelect.PREFER else OTHER
         weight = WRITTEN if system.written(item) else weight
         place = places.get(item.display, last)
-        found.append((item.slot, item.start, weight, column, place))
-    return tuple(sorted(found, key=lambda guide: guide[-1]))
+        found.append((item.slot, item.start, weight, column, place, item.slot in angles))
+    return tuple(sorted(found, key=lambda guide: guide[4]))
