@@ -37,6 +37,8 @@ class Session:
     def vectors(self, count: int, size: int) -> tuple[list[int], list[Any]]:
         """Vectors, and their numbers."""
         made = [self.lib.N_VNew_Serial(size, self.context) for _ in range(count)]
+        for vector in made:
+            self.lib.N_VEnableFusedOps_Serial(vector, 1)
         self._vectors += made
         return made, [self.numbers(v, size) for v in made]
 

@@ -34,6 +34,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "SUNContext_Free": (_I, (C.POINTER(_P),)),
     "SUNContext_ClearErrHandlers": (_I, (_P,)),
     "N_VNew_Serial": (_P, (_L, _P)),
+    "N_VEnableFusedOps_Serial": (_I, (_P, _I)),
     "N_VGetArrayPointer": (_P, (_P,)),
     "N_VDestroy": (None, (_P,)),
     "SUNDenseMatrix": (_P, (_L, _L, _P)),
