@@ -149,17 +149,19 @@ def _columns(program: Program) -> tuple[dict[int, int], NDArray[np.int64]]:
 
 
 @once
-def _constants(program: Program) -> tuple[tuple[int, ...], Taker]:
-    """The slots of constants, each once; and what takes these."""
+def _constants(program: Program) -> tuple[tuple[int, ...], Taker, NDArray[np.int64]]:
+    """The slots of constants, each once; and what takes these from a list, and from an array."""
+    import numpy as np
+
     slots = tuple(dict.fromkeys(c.slot for c in program.columns if c.constant))
-    return slots, taker(slots)
+    return slots, taker(slots), np.array(slots, dtype=np.int64)
 
 
 def constants(program: Program, kernel: Kernel) -> dict[int, float]:
     """The values of constants, by their slots."""
-    slots, take = _constants(program)
+    slots, take, places = _constants(program)
     w: Any = kernel.w
-    values = map(float, take(w)) if isinstance(w, list) else take(w.tolist())
+    values = map(float, take(w)) if isinstance(w, list) else w.take(places).tolist()
     return dict(zip(slots, values, strict=True))
 
 
@@ -179,6 +181,6 @@ def _copier(kernel: Kernel, slots: NDArray[np.int64]) -> Take:
         return copy_list
 
     def copy_array(row: Vector) -> None:
-        np.take(view, slots, out=row)
+        view.take(slots, out=row, mode="clip")  # the others copy the row once more
 
     return copy_array

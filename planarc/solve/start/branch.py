@@ -178,8 +178,8 @@ class _Level:
 
     def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
         """Whether written values, or defaults in loops without written ones, have stayed near."""
-        moved = abs(self._values(point) - [g.start for g in self.guides])
-        ways = list(zip(moved, self.guides, strict=True))
+        values = self._values(point).tolist()
+        ways = [(abs(v - g.start), g) for v, g in zip(values, self.guides, strict=True)]
         if any(m > NEAR for m, g in ways if g.weight == WRITTEN):
             return False
         if any(g.column < 0 for g in self._strong):

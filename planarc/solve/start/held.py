@@ -107,7 +107,7 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
             beside.extend(gradients(system, place, others) @ motions)
         return beside[others.index(item)]
 
-    count = motions.shape[1]
+    count: int = motions.shape[1]
     span, held, extra = Directions(count, row), [*_fixed(system.program)], list[FixedSlot]()
     taken, dependent = list[bool](), list[int]()
     for item in order:
@@ -157,7 +157,8 @@ class Directions:
 
         self.row, self._few, self.held = row, count <= FEW, list[int | FixedSlot]()
         self._units: list[list[float]] = []
-        self._basis = np.empty((0 if self._few else count, count))
+        if not self._few:
+            self._basis = np.empty((count, count))
         self._count = count
 
     def add(self, item: int | FixedSlot) -> bool:

@@ -82,13 +82,16 @@ class NativeKernel(Derived):
         self._asked, self._selections = made.asked, made.selections
         self._made = made
         self._bind(engine)
+        self._begin_past()
         self._begin_anew()
+
+    def _begin_past(self) -> None:
+        self.history = History(len(self._program.delays))
+        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
 
     def _begin_anew(self) -> None:
         """What a run finds; all arrays hold zeros."""
-        made, program = self._made, self._program
-        self.history = History(len(program.delays))
-        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
+        made = self._made
         self._numbers[Number.STATES] = len(self._y)
         self._numbers[Number.OPEN] = -1
         self._started = False
@@ -110,6 +113,8 @@ class NativeKernel(Derived):
         ):
             array.fill(0)
         self._derivatives.clear()
+        if self._program.delays:
+            self._begin_past()
         self._begin_anew()
 
     @property
@@ -371,4 +376,5 @@ class NativeKernel(Derived):
             self._accepted[self._tears(block)] = values
 
     def _check_all(self) -> int:
-        return 0 if np.isfinite(self.w.take(self._results)).all() else -1
+        finite = np.isfinite(self.w.take(self._results))
+        return 0 if np.logical_and.reduce(finite) else -1
