@@ -117,10 +117,12 @@ def _reduce_pair(c: Code, b: Block, scale: Value, worst: Variable) -> None:
     step, and this way costs a third."""
     one, two, most = b.jacobian, b.jacobian.at(b.n), c.variable(0.0)
     with c.loop(b.n) as j:
-        p, q = one.load(REAL, j), two.load(REAL, j)
-        size = c.largest(c.call(REAL, "llvm.sqrt.f64", p * p + q * q), scale.load(REAL, j))
-        scale.store(size, j)
-        most.set(c.largest(size, most.get()))
+        p, q, known = one.load(REAL, j), two.load(REAL, j), scale.load(REAL, j)
+        square, grown = p * p + q * q, c.variable(known)
+        with c.when(~(square <= known * known)):  # columns seldom grow
+            grown.set(c.call(REAL, "llvm.sqrt.f64", square))
+            scale.store(grown.get(), j)
+        most.set(c.largest(grown.get(), most.get()))
     least = most.get() * NEGLIGIBLE
     i, k = (b.solved.load(INT, place) for place in (0, 1))
     first, second = scale.load(REAL, i), scale.load(REAL, k)

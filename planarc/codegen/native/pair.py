@@ -61,10 +61,10 @@ class _Pair:
             [*row, r, s] for row, r, s in zip(self.rows, right, self.sizes, strict=True)
         )
         exchanged = c.absolute(second[0]) * first[3] > c.absolute(first[0]) * second[3]
+        inverse = c.select(exchanged, 1.0 / second[0], 1.0 / first[0])  # neither waits for it
         pairs = list(zip(first, second, strict=True))
         a, b, p, s = (c.select(exchanged, two, one) for one, two in pairs)
         d, e, q, t = (c.select(exchanged, one, two) for one, two in pairs)
-        inverse = 1.0 / a
         factor = d * inverse
         rest = e - factor * b
         y = (q - factor * p) * (1.0 / rest)
@@ -99,18 +99,19 @@ def _step(c: Code, frame: Value, record: Value) -> None:
     residuals = [b.residuals.load(REAL, i) for i in (0, 1)]
     change, regular = pair.solve(c, residuals)
     count = b.state.load(REAL, COUNT)
-    before = _larger(c, *(c.absolute(r) / b.sizes.load(REAL, i) for i, r in enumerate(residuals)))
-    better = (count < 1.0) | (before < b.state.load(REAL, NORM)) | before.equals(0.0)
+    # Sizes are multiplied, not divided by: divisions wait for each other.
+    norm, left = b.state.load(REAL, NORM), list(map(c.absolute, residuals))
+    less = [r < norm * b.sizes.load(REAL, i) for i, r in enumerate(left)]
+    better = (count < 1.0) | (less[0] & less[1]) | (left[0].equals(0.0) & left[1].equals(0.0))
     old = [b.x(i).load(REAL) for i in places]
     new = [x - d for x, d in zip(old, change, strict=True)]
-    parts = [c.absolute(d) / _larger(c, c.absolute(x), c.constant(1.0, REAL))
-             for d, x in zip(change, new, strict=True)]  # fmt: skip
-    size = _larger(c, *parts)
-    usual = regular & better & (parts[0] < _HUGE) & (parts[1] < _HUGE)
+    ways, ends = list(map(c.absolute, change)), list(map(c.absolute, new))
+    usual = regular & better & (ways[0] < _HUGE) & (ways[1] < _HUGE)
     usual = usual & (count + 1.0 < c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP)))
-    small = size < QUADRATIC
-    for d, x in zip(change, new, strict=True):  # else it takes more to know whether it is the last
-        usual = usual & (~small | (c.absolute(d) <= c.absolute(x) * QUADRATIC))
+    limits = [_larger(c, x, c.constant(1.0, REAL)) * QUADRATIC for x in ends]
+    small = (ways[0] < limits[0]) & (ways[1] < limits[1])
+    for d, x in zip(ways, ends, strict=True):  # else it takes more to know whether it is the last
+        usual = usual & (~small | (d <= x * QUADRATIC))
     with c.when(~usual, leaves=True):
         c.give(c.call(FLAG, "pc_step", frame, record))
     for k, i in enumerate(places):
@@ -125,8 +126,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
         with c.when(b.below & _is_far(c, b, places, new), leaves=True):
             fail(c, b)
         c.give(DONE)
-    after = (c.absolute(r) / s for r, s in zip(residuals, sizes, strict=True))
-    b.state.store(_larger(c, *after), NORM)
+    b.state.store(_larger(c, *(r / s for r, s in zip(left, sizes, strict=True))), NORM)
     c.give(MORE)
 
 
