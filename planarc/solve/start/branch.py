@@ -174,22 +174,20 @@ class _Level:
 
     def _distance(self, values: Vector) -> float:
         pairs = zip(self.guides, values.tolist(), strict=True)
-        return float(sum(g.weight * (v - g.start) ** 2 for g, v in pairs))
+        return float(sum([g.weight * (v - g.start) ** 2 for g, v in pairs]))
 
     def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
         """Whether written values, or defaults in loops without written ones, have stayed near."""
         values = self._values(point).tolist()
-        ways = [(abs(v - g.start), g) for v, g in zip(values, self.guides, strict=True)]
-        if any(m > NEAR for m, g in ways if g.weight == WRITTEN):
+        far = [g for v, g in zip(values, self.guides, strict=True) if not abs(v - g.start) <= NEAR]
+        if any(g.weight == WRITTEN for g in far):
             return False
         if any(g.column < 0 for g in self._strong):
             return True
         candidates = self.system.program.candidates
         told = {candidates[g.column].block for g in self._strong}
         return all(
-            m <= NEAR or (g.column >= 0 and candidates[g.column].block in told)
-            for m, g in ways
-            if g.weight != OTHER
+            g.column >= 0 and candidates[g.column].block in told for g in far if g.weight != OTHER
         )
 
     def guesses(self, u: Vector) -> list[Vector]:
@@ -215,7 +213,7 @@ class _Level:
         import numpy as np
 
         point, best = root.point, self._distance(self._values(root.point))
-        if best < min(g.weight for g in self.guides) * (TURN / 2) ** 2:
+        if best < min([g.weight for g in self.guides]) * (TURN / 2) ** 2:
             return root
         limit = 1e-9 + 10 * float(np.max(np.abs(root.residuals), initial=0.0))
         better = True
