@@ -153,11 +153,12 @@ class Directions:
     something changes with each of these."""
 
     def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
-        import numpy as np
+        self.row, self.held = row, list[int | FixedSlot]()
+        self._units: list[list[float]] = []  # of a few
+        self._basis: Vector | None = None  # of more
+        if count > FEW:
+            import numpy as np
 
-        self.row, self._few, self.held = row, count <= FEW, list[int | FixedSlot]()
-        self._units: list[list[float]] = []
-        if not self._few:
             self._basis = np.empty((count, count))
         self._count = count
 
@@ -166,7 +167,7 @@ class Directions:
         count = len(self.held)
         if count == self._count:
             return False
-        if self._few:
+        if self._basis is None:
             return self._add(item)
         row, basis = self.row(item), self._basis[:count]
         rest = row - (basis @ row) @ basis
