@@ -275,6 +275,8 @@ class Model(Loaded):
     ) -> tuple[Model, dict[str, float]]:
         """The model to run, and values to set. Structural ones make another model."""
         values = parameter_values(self.program, parameters)
+        if not values:
+            return self, values
         known = slots_of(self.program)
         structural = {n: known[n] for n in values if known[n].structural}
         changed = {n: values[n] for n in structural}

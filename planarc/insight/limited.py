@@ -43,10 +43,13 @@ def judge_limited(result: Result) -> Iterator[Diagnostic]:
     """The notes about blocks that are at a limit nearly all the while."""
     import numpy as np
 
-    steps = np.diff(result.time)
-    if len(steps) < 2 or not steps.any() or result.ended is not None:
+    blocks = _blocks(result.program)
+    if not blocks or result.ended is not None:
         return
-    for block in _blocks(result.program):
+    steps = np.diff(result.time)
+    if len(steps) < 2 or not steps.any():
+        return
+    for block in blocks:
         part = declared_part(result.program, block.name)
         y = block.sign * np.broadcast_to(result.of_slot(block.output), result.time.shape)
         if part is None or not np.ptp(y):  # a signal that is constant was hardly to be limited

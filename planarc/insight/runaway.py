@@ -47,7 +47,7 @@ def judge_runaway(result: Result) -> Diagnostic | None:
     speeds = [(n, result.stored[s], u) for n, s, u in _speeds(result.program) if s in result.stored]
     if not speeds:
         return None
-    sizes = np.abs(result.data[:, [column for _, column, _ in speeds]])
+    sizes = np.abs(result.data.take([column for _, column, _ in speeds], 1))
     if math.isfinite(largest := sizes.max(initial=0.0)) and largest <= _FASTEST_TURN:
         if largest > _FAST and (growth := _multiplying(result.time, sizes)) is not None:
             at, ratio, span = growth

@@ -18,6 +18,9 @@ Others take steps until one is so small that the next would be its square:
     the last   small, and below that part also of each |x|, or else, in every equation, of
                the largest term |J_ik*x_k|: a current of 1e-8 A counts behind 1 GOhm
 
+How two unknowns are solved for, and how sine and cosine of an angle follow from those of the step
+before, is each back end's own: results differ by rounding.
+
 A step that does not lessen the residuals is halved, `HALVINGS` times at most.
 The solve fails (and a smaller step of the integrator may help) when the matrix is
 singular, after too many steps, or when no part of a step lessens the residuals; but after

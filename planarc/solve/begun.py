@@ -49,7 +49,7 @@ class Begun(Bench):
         self.held = self.settle(t, near, follow)
         y = self.states.values()
         self.rescue.begun = True
-        if self.events.present or INITIAL in self.program.slots:  # else the first row does it
+        if self.events.present or self.program.table.knows(INITIAL):  # else the first row does it
             self.kernel.outputs(t, y)
         done = self.events.finish_start(t, y, self.states.slots())
         self._note(done.ended, done.warnings)
@@ -61,7 +61,8 @@ class Begun(Bench):
             if fired:
                 causes = self.events.causes((), fired)
                 self.records.append(EventRecord(t, causes))
-        if self._row(t, y) and self.events.present and self.ended is None:
+        whole = self._row(t, y)
+        if whole and self.events.present and self.ended is None:
             done = self.events.process(t, y, {}, (), slots)
             self._note(done.ended, done.warnings)
             y = done.y
@@ -82,7 +83,10 @@ class Begun(Bench):
         if moved is not None and not (self.warnings and moved.severity is Severity.NOTE):
             self.warnings.append(moved)  # what is told says why it moved
         self.delays.kink(t)
-        self.restart(t, y)
+        if whole and not (self.events.present or self.delays.present):  # as it was at the first row
+            self._go_on(t, y)
+        else:
+            self.restart(t, y)
         if self.recorder.count == 0 and self.ended is not None:
             raise PlanarcError(self.ended)
         if self.program.sharing is not None and self.ended is None:

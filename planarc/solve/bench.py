@@ -107,6 +107,10 @@ class Bench:
         if self.kernel.outputs(t, y) != 0:
             self.ended = self.ended or self._stopped(t, y)
             return
+        self._go_on(t, y, step)
+
+    def _go_on(self, t: float, y: Sequence[float], step: float | None = None) -> None:
+        """The same, where the workspace holds this point already."""
         self.kernel.accept(t)
         self._judge_open(t, y)
         self.delays.resume(t)

@@ -9,7 +9,7 @@ Runs begin so, and so does whoever asks what a mechanism can do at its start.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from planarc.core.diagnostic import error
 from planarc.core.options import RunOptions
@@ -22,6 +22,12 @@ from planarc.runtime import external
 from planarc.solve.events.iteration import Events
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request, resolve
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from planarc.core.arrays import Vector
 
 
 def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Request:
@@ -36,11 +42,12 @@ def open_program(program: Program, kernel: Kernel, options: RunOptions) -> Reque
 def set_workspace(program: Program, kernel: Kernel, request: Request) -> None:
     """Parameters, what depends on them, start values, and inputs."""
     external.begin_run()
-    w, (slots, defaults) = kernel.w, _defaults(program)
+    w = kernel.w
     if isinstance(w, list):
-        for slot, value in zip(slots, defaults, strict=True):
+        for slot, value in zip(*_defaults(program), strict=True):
             w[slot] = value
     else:
+        slots, defaults = _default_arrays(program)
         w[slots] = defaults  # type: ignore[call-overload]
     for slot, value in request.values.items():
         w[slot] = value
@@ -96,3 +103,12 @@ def _defaults(program: Program) -> tuple[list[int], list[float]]:
     """The slots of parameters with a value of their own, and these."""
     found = [(p.slot, p.default) for p in program.parameter_slots if p.default is not None]
     return [slot for slot, _ in found], [value for _, value in found]
+
+
+@once
+def _default_arrays(program: Program) -> tuple[NDArray[np.intp], Vector]:
+    """The same for NumPy."""
+    import numpy as np
+
+    slots, defaults = _defaults(program)
+    return np.array(slots, np.intp), np.array(defaults, float)

@@ -143,9 +143,21 @@ class Run(Begun):
 
     def _happens(self, march: March) -> bool:
         """Treat the event at the time reached, if there is one."""
-        on_the_way = march.outcome in (Outcome.BUDGET, Outcome.LOOK)
-        if on_the_way and not self.events.present:
+        t, stop = self.integrator.t, self.request.stop
+        if self.events.present:
+            if self._is_met(march):
+                return True
+        elif march.outcome in (Outcome.BUDGET, Outcome.LOOK):
             return False
+        if same(self.delays.next(t - 4 * room(t)), t):
+            self._come_back(t)
+            return True
+        if march.outcome is Outcome.LIMIT and t >= stop:
+            self._row(t, self.integrator.y)
+        return False
+
+    def _is_met(self, march: March) -> bool:
+        """Treat what switches or is fired at the time reached, if anything does."""
         t, stop = self.integrator.t, self.request.stop
         crossing = self._crossings(march)
         known = self.schedule.next(t - 4 * room(t))
@@ -165,11 +177,6 @@ class Run(Begun):
             self.ended = self._chatter.vain(t, march.directions)
             self.restart(t, self.integrator.y, self._chatter.step or self.integrator.last_step())
             return True
-        if same(self.delays.next(t - 4 * room(t)), t):
-            self._come_back(t)
-            return True
-        if march.outcome is Outcome.LIMIT and t >= stop:
-            self._row(t, self.integrator.y)
         return False
 
     def _crossings(self, march: March) -> dict[int, bool]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planarc.solve.recorder import Recorder
+from planarc.solve.recorder import Recorder, constants
 
 COLUMNS = [SimpleNamespace(slot=s, constant=s == 0) for s in (2, 0, 1, 2)]
 
@@ -29,6 +29,16 @@ def test_rows_grow_and_are_taken_back(make: Any) -> None:
     assert recorder.last() == {2: -99.0, 1: 99.0}
     recorder.back(3, 1)
     assert len(recorder.rows()[0]) == 3
+
+
+@pytest.mark.parametrize("make", [list, np.array], ids=["list", "array"])
+def test_constants_stay_what_they_were(make: Any) -> None:
+    program: Any = SimpleNamespace(columns=COLUMNS)
+    kernel: Any = SimpleNamespace(w=make([9.0, 1.0, 2.0]))
+    found = constants(program, kernel)
+    kernel.w[0] = 8.0
+    assert found == {0: 9.0} and found.get(1) is None
+    assert isinstance(found[0], float)
 
 
 def test_rows_that_are_due() -> None:

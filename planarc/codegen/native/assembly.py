@@ -254,6 +254,11 @@ class Code:
             a.type, f"select i1 {condition.text}, {a.type} {a.text}, {b.type} {b.text}"
         )
 
+    def joined(self, *ways: tuple[Value, str]) -> Value:
+        """The value by which way control comes: from which block. Stands first in its own."""
+        kind = ways[0][0].type
+        return self.emit(kind, f"phi {kind} " + ", ".join(f"[ {v.text}, %{b} ]" for v, b in ways))
+
     def real(self, x: Value) -> Value:
         """A whole number as a real one."""
         return self.emit(REAL, f"sitofp {x.type} {x.text} to double")

@@ -133,7 +133,7 @@ def _rows(c: Code, given: _Arguments, until: Value, failed: str) -> None:
 
 def _look(c: Code, given: _Arguments, t: Value, end: str) -> None:
     """Measure the choice of states, and keep this point as a refuge where it is good."""
-    size = c.call(REAL, "pc_look", given.context, given.blocks, given.block_count, given.scales)
+    size = c.call(REAL, "pc_watch", given.context, given.blocks, given.block_count, given.scales)
     bound, least = given.bound, given.least
     with c.when(~(size <= bound), leaves=True):
         given.set("looks", 1)

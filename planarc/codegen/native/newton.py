@@ -87,16 +87,20 @@ def _start(c: Code, frame: Value, t: Value, record: Value) -> None:
     h = t - b.accepted.load(REAL, b.total * 3)
     half = h * h * 0.5
     with c.loop(b.m) as k:
-        i = b.solved.load(INT, k)
-        value = b.accepted.at(b.first + i)
-        velocity = value.load(REAL, b.total)
-        acceleration = value.load(REAL, b.total * 2)
-        accepted, bend = value.load(REAL), half * acceleration
-        most = c.largest(c.absolute(accepted), c.constant(1.0, REAL)) * BENT
-        x = accepted + h * velocity + c.select(c.absolute(bend) > most, 0.0, bend)
-        b.x(i).store(x)
-        b.origin.store(x, i)
+        start(c, b, b.solved.load(INT, k), h, half)
     c.give()
+
+
+def start(c: Code, b: Block, i: Value, h: Value, half: Value) -> None:
+    """The value with which an unknown of a block below the top starts."""
+    value = b.accepted.at(b.first + i)
+    velocity = value.load(REAL, b.total)
+    acceleration = value.load(REAL, b.total * 2)
+    accepted, bend = value.load(REAL), half * acceleration
+    most = c.largest(c.absolute(accepted), c.constant(1.0, REAL)) * BENT
+    x = accepted + h * velocity + c.select(c.absolute(bend) > most, 0.0, bend)
+    b.x(i).store(x)
+    b.origin.store(x, i)
 
 
 @function("i32 pc_step(ptr frame, ptr record)")
@@ -125,7 +129,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
         relative = c.absolute(d) / c.largest(c.absolute(moved), 1.0)
         size.set(c.largest(size.get(), relative))
     with c.when(~(size.get() < 1e300), leaves=True):
-        _fail(c, b)
+        fail(c, b)
     b.state.store(count + 1.0, COUNT)
     b.state.store(1.0, FACTOR)
     limit = c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP))
@@ -137,7 +141,7 @@ def _step(c: Code, frame: Value, record: Value) -> None:
         with c.when(last | exhausted, leaves=True):
             _finish(c, b)
     with c.when(exhausted, leaves=True):
-        _fail(c, b)
+        fail(c, b)
     b.state.store(_norm(c, b), NORM)
     c.give(MORE)
 
@@ -234,7 +238,7 @@ def _is_met(c: Code, b: Block) -> Value:
     return most.get().equals(0.0) & content & ~b.below
 
 
-def _fail(c: Code, b: Block) -> None:
+def fail(c: Code, b: Block) -> None:
     b.numbers.store(b.index, Number.FAILED)
     c.give(UNSOLVED)
 
@@ -256,7 +260,7 @@ def _halve_if_worse(c: Code, b: Block, position: Callable[[Value], Value]) -> No
         b.state.store(factor, FACTOR)
         with c.when(factor < 0.5**HALVINGS, leaves=True):
             with c.when(b.state.load(REAL, TINY).equals(0.0), leaves=True):
-                _fail(c, b)
+                fail(c, b)
             with c.loop(b.m) as k:  # nothing is left but rounding
                 b.x(position(k)).store(b.before.load(REAL, position(k)))
             _finish(c, b)
@@ -277,7 +281,7 @@ def _finish(c: Code, b: Block) -> None:
         with c.when(moved > limit):
             far.set(c.constant(1, INT))
     with c.when(far.get().equals(1), leaves=True):
-        _fail(c, b)
+        fail(c, b)
     c.give(DONE)
 
 

@@ -35,9 +35,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache, partial
-from itertools import chain, compress, pairwise
+from itertools import chain, compress, groupby, pairwise
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, table
@@ -58,6 +59,13 @@ from planarc.codegen.native.rolling import (
 )
 from planarc.codegen.native.shapes import Shapes, is_number
 from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
+from planarc.codegen.native.turning import (
+    NUMBERS,
+    angles,
+    are_few,
+    is_turn,
+    turn,
+)
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.newton import FITS
@@ -71,13 +79,14 @@ if TYPE_CHECKING:
 LONGEST_BLOCK = 200
 #: Lists whose statements are equal so often take less room as loops than spelled.
 REPEATED = 8
-#: Tears up to which sines and cosines of those that stay are kept, where code may take room.
-FEW_TEARS = 6
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
+declare void @pc_start_pair(ptr, double, ptr)
 declare i32 @pc_step(ptr, ptr)
+declare i32 @pc_pair(ptr, ptr)
 declare i32 @pc_linear(ptr, ptr)
+declare i32 @pc_linear_pair(ptr, ptr)
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
@@ -164,6 +173,9 @@ class _Section:
         self._slot = slot
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else
+        self._turns: dict[Expr, Value] = {}  # the memory of each angle that is turned
+        #: The register whose angle it holds here, and the sine and cosine.
+        self._turned: dict[Expr, tuple[str, dict[str, Value]]] = {}
 
     def coefficients(
         self, lets: Sequence[Let], taken: Sequence[Expr], results: dict[Expr, int]
@@ -251,6 +263,10 @@ class _Section:
         listed = tuple(statements)
         if self._is_spelled(listed):
             return
+        for turned, group in groupby(listed, self._is_turned):
+            self._write_group(tuple(group), straight or turned)
+
+    def _write_group(self, listed: Sequence[Statement], straight: bool) -> None:
         for s in listed if straight else self._rolled(listed):
             if isinstance(s, Let):
                 self._let(s)
@@ -323,7 +339,7 @@ class _Section:
 
     def _let(self, let: Let) -> None:
         self._break()
-        value = self._value(let.value)
+        value = self._turn(let.value) if self._is_turned(let) else self._value(let.value)
         if let.target in self._results:
             self._code.arguments[2].store(real(self._code, value), self._results[let.target])
             return
@@ -331,6 +347,25 @@ class _Section:
         self._values[let.target] = value
         if slot is not None:
             self._w.store(real(self._code, value), slot)
+
+    def _is_turned(self, s: Statement) -> bool:
+        return isinstance(s, Let) and is_turn(s.value) and s.value.args[0] in self._turns
+
+    def _turn(self, e: Expr) -> Value:
+        """Sine or cosine of an angle that Newton's method moves."""
+        angle = e.args[0]
+        x, known = self._leaf(angle), self._turned.get(angle)
+        if known is None or known[0] != x.text:
+            self._turned[angle] = known = x.text, turn(self._code, self._turns[angle], x)
+        return known[1][e.data]
+
+    @contextmanager
+    def _aside(self) -> Iterator[None]:
+        """What is set here is not known behind."""
+        values, turned = dict(self._values), dict(self._turned)
+        yield
+        self._values = values
+        self._turned = {e: x for e, x in turned.items() if self._turned.get(e) is x}
 
     def _roll(self, run: Roll) -> None:
         """A loop. What its group set before is in registers; all else that differs from time to
@@ -418,11 +453,16 @@ class _Section:
         c = self._code
         self._work(block, code)
         behind, failed = c.label(), c.label()
-        flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
+        name = "pc_linear_pair" if self._is_pair(code) else "pc_linear"
+        flag = c.call(FLAG, name, self._frame, self._record(block))
         c.branch(flag < 0, failed, behind)
         self._end(flag, failed, behind)
         self._read_tears(code)
         self._write(code.body)
+
+    def _is_pair(self, code: BlockCode) -> bool:
+        """Whether functions of their own solve for its unknowns, where code may take room."""
+        return not self._small and len(code.residuals) == 2
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
         c = self._code
@@ -439,16 +479,15 @@ class _Section:
         self._write(code.body)
         c.line(f"br i1 {done}, label %{behind}, label %{check}")
         c.begin(check)
-        outside = dict(self._values)
-        self._write(direct.check)
-        mode = self._frame.load(POINTER, Frame.NUMBERS).load(INT, Number.MODE)
-        fits = ~mode.equals(Mode.MATRICES)
-        for r, s in zip(direct.residuals, direct.sizes, strict=True):
-            fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
-        c.branch(fits, behind, work)
-        c.begin(work)
-        self._work(block, code)
-        self._values = outside
+        with self._aside():
+            self._write(direct.check)
+            mode = self._frame.load(POINTER, Frame.NUMBERS).load(INT, Number.MODE)
+            fits = ~mode.equals(Mode.MATRICES)
+            for r, s in zip(direct.residuals, direct.sizes, strict=True):
+                fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
+            c.branch(fits, behind, work)
+            c.begin(work)
+            self._work(block, code)
         flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
         c.branch(flag < 0, failed, solved)
         c.begin(solved)
@@ -470,40 +509,42 @@ class _Section:
             assert slot is not None
             self._values[tear] = self._w.load(REAL, slot)
 
+    def _begin_turns(self, code: BlockCode) -> None:
+        """Make room for the angles of a block, of which nothing is known yet."""
+        for angle in angles(code):
+            if angle not in self._turns:
+                self._turns[angle] = memory = self._code.place(REAL, NUMBERS)
+                for place in range(NUMBERS):
+                    memory.store(math.nan, place)
+
     def _solve_nonlinear(self, block: int, code: BlockCode) -> None:
         c = self._code
         again, work, behind, failed = c.label(), c.label(), c.label(), c.label()
         before = c.label()
         record = self._record(block)
-        few = not self._small and len(code.tears) <= FEW_TEARS
-        turned, body = _turned(code, lambda e: few and not self._memory(e))
-        known = {tear: c.variable(math.nan) for tear in turned}
-        found = {let: c.variable(0.0) for lets in turned.values() for let in lets}
-        c.run("pc_start", self._frame, self._time, record)
+        if not self._small:
+            self._begin_turns(code)
+        pair = self._is_pair(code)
+        c.run("pc_start_pair" if pair else "pc_start", self._frame, self._time, record)
         c.enter(before)
         c.enter(again)
+        self._turned.clear()  # a step before may have turned them
         finished, step = c.register(), c.label()
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
         self._read_tears(code)
-        for tear, lets in turned.items():
-            x, last = self._values[tear], known[tear]
-            with c.when(~x.equals(last.get())):
-                last.set(x)
-                for let in lets:
-                    found[let].set(self._value(let.value))
-            for let in lets:
-                self._values[let.target] = found[let].get()
-        self._write(body)
+        self._write(code.body[: code.inner])
         c.line(f"br i1 {done}, label %{behind}, label %{work}")
         c.begin(work)
         self._work(block, code)
-        flag = c.call(FLAG, "pc_step", self._frame, record)
+        flag = c.call(FLAG, "pc_pair" if pair else "pc_step", self._frame, record)
         c.branch(flag < 0, failed, step)
         c.begin(step)
         c.line(f"{finished} = icmp eq i32 {flag.text}, 1")
         c.jump(again)
         self._end(flag, failed, behind)
+        if not are_few(self._program):  # so that what stands behind may become loops
+            self._turns.clear()
 
     def _record(self, block: int) -> Value:
         first = 1 + sum(len(r) for r in self._placement.records[:block])
@@ -511,18 +552,17 @@ class _Section:
 
     def _work(self, block: int, code: BlockCode) -> None:
         """Residuals and Jacobian into the area; what is set here is not known behind."""
-        outside = dict(self._values)
-        self._write((*code.body[code.inner :], *code.jacobian_body))
-        c = self._code
-        at, n = self._placement.residuals(block), len(code.tears)
-        for i, r in enumerate(code.residuals):
-            self._area.store(real(c, self._leaf(r)), at + i)
-        at = self._placement.jacobian(block)
-        for i, j, value in code.jacobian:
-            self._area.store(real(c, self._value(value)), at + i * n + j)
-        if code.tangent is not None:
-            self._columns(block, code)
-        self._values = outside
+        with self._aside():
+            self._write((*code.body[code.inner :], *code.jacobian_body))
+            c = self._code
+            at, n = self._placement.residuals(block), len(code.tears)
+            for i, r in enumerate(code.residuals):
+                self._area.store(real(c, self._leaf(r)), at + i)
+            at = self._placement.jacobian(block)
+            for i, j, value in code.jacobian:
+                self._area.store(real(c, self._value(value)), at + i * n + j)
+            if code.tangent is not None:
+                self._columns(block, code)
 
     def _columns(self, block: int, code: BlockCode) -> None:
         """The Jacobian, some columns at a time. Entries that are always zero are so from the
@@ -541,18 +581,3 @@ class _Section:
             ):
                 pointer, index = self._loops.at(matrix, [i * n + j for j in columns])
                 pointer.store(real(c, self._value(entry)), index)
-
-
-def _turned(
-    code: BlockCode, may_stay: Callable[[Expr], bool]
-) -> tuple[dict[Expr, list[Let]], list[Statement]]:
-    """Sines and cosines of the tears of a block, and all else of its body: one tear is a state
-    mostly, and need not be turned again in each step of Newton's method. `may_stay`: whether a
-    value lives in a register alone; any other one is written where it belongs."""
-    body, turned = list(code.body[: code.inner]), dict[Expr, list[Let]]()
-    for s in body:
-        turns = isinstance(s, Let) and s.value.op is Op.CALL and s.value.data in ("sin", "cos")
-        if turns and s.value.args[0] in code.tears and may_stay(s.target):
-            turned.setdefault(s.value.args[0], []).append(s)
-    moved = [let for lets in turned.values() for let in lets]
-    return turned, [s for s in body if s not in moved]

@@ -14,10 +14,11 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.gauss import solve_functions
-from planarc.codegen.native.look import look_function
+from planarc.codegen.native.look import look_functions
 from planarc.codegen.native.march import march_function
 from planarc.codegen.native.motions import motions_function
 from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.pair import pair_functions
 from planarc.codegen.native.reaching import give_where_far
 from planarc.codegen.native.root import root_function
 from planarc.codegen.native.sweeps import sweep_function
@@ -40,7 +41,8 @@ def runtime_text(solver: str | None = None) -> str:
     functions = (
         *newton_functions(),
         *(solve_functions() if solver is None else (solver,)),
-        look_function(),
+        *pair_functions(),
+        *look_functions(),
         *difference_functions(),
         root_function(),
         motions_function(),

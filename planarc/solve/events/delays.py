@@ -56,11 +56,13 @@ class Delays:
         self.present = bool(program.delays)
         self._kernel, self._codes, self._span = kernel, program.delays, span
         self._history = kernel.history
-        read = Reader(program, kernel, start)
-        self._intervals = [_interval(d, read) for d in program.delays]
-        self._most = [
-            math.inf if d.maximum is None else float(read(d.maximum)) for d in program.delays
-        ]
+        self._intervals, self._most = list[float | None](), list[float]()
+        if self.present:
+            read = Reader(program, kernel, start)
+            self._intervals = [_interval(d, read) for d in program.delays]
+            self._most = [
+                math.inf if d.maximum is None else float(read(d.maximum)) for d in program.delays
+            ]
         self._longest = max(
             (m if i is None else i for i, m in zip(self._intervals, self._most, strict=True)),
             default=0.0,
@@ -175,6 +177,8 @@ class Delays:
         """Make the past right behind `t` count from here on; the generation of the kinks that
         come back now, if any do."""
         found: int | None = None
+        if not self.present:
+            return found
         within = 2 * room(t)
         for i, (interval, ahead) in enumerate(zip(self._intervals, self._ahead, strict=True)):
             if interval is None:

@@ -99,6 +99,8 @@ class Schedule:
 
     def next(self, after: float) -> float:
         """The first instant that lies after a time."""
+        if not (self.samplers or self.instants):
+            return math.inf
         times = [s.next() for s in self.samplers if s.interval > 0]
         later = (t for t in times if t > after and not same(t, after))
         place = bisect_right(self.instants, after + room(after))

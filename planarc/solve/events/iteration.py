@@ -114,11 +114,12 @@ class Events:
 
     def finish_start(self, t: float, y: Sequence[float], states: Mapping[int, int]) -> Processed:
         """Actions that were to run at the start; then everything is its own left limit."""
-        whens, done = self._whens, Processed(list(y))
+        done = Processed(list(y))
         self._refuse_inexact(t, done, _given_integers(self.program))
         if not self.present:
             self._set_flag(INITIAL, False)
             return done
+        whens = self._whens
         done.ended = done.ended or whens.assign(t, whens.edges(initial=True))
         edges = whens.edges(initial=True)
         whens.act(t, edges, done, {})
@@ -216,7 +217,7 @@ class Events:
 
     def sharpness(self) -> float:
         """The part of the tolerance with which the run goes on: low bounces ask for less."""
-        impacts = self._whens.impacts
+        impacts = self._whens.impacts if self.present else None
         return 1.0 if impacts is None else impacts.sharpness
 
     def others(

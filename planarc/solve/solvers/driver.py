@@ -51,6 +51,8 @@ class Driver:
         )
         self._records, self._dips, self._poles = kernel.records, dips, poles
         self._arrays: object = None  # as long as their addresses are in use
+        self._blocks: tuple[int, ...] = ()  # that are looked at, and where their records are
+        self._rows: object = None
         self.part()
 
     def part(self) -> None:
@@ -63,16 +65,18 @@ class Driver:
         import numpy as np
 
         a, refuge = self._arguments, watch.refuge
-        blocks = np.array([self._records[i] for i in watch.blocks], dtype=np.int64)
+        if watch.blocks != self._blocks:
+            self._blocks = watch.blocks
+            self._rows = rows = np.array([self._records[i] for i in watch.blocks], dtype=np.int64)
+            a.blocks, a.block_count = address(rows), len(rows)
         a.slots, a.columns = address(recorder.slots), len(recorder.slots)
         a.grid, a.grid_end, a.near = address(recorder.grid), len(recorder.grid), recorder.near
-        a.blocks, a.block_count = address(blocks), len(blocks)
         a.scales = address(watch.scales)
         if refuge is not None:
             a.kept_slots, a.kept_count = address(refuge.slots), len(refuge.slots)
             a.guess, a.state = address(refuge.guess), address(refuge.state)
             a.kept_rows = address(refuge.rows)
-        self._recorder, self._arrays = recorder, (blocks, watch.scales, refuge)
+        self._recorder, self._arrays = recorder, (watch.scales, refuge)
 
     def march(
         self, limit: float, recorder: Recorder, watch: Watch, steps: int, flag: int = -1

@@ -51,12 +51,11 @@ class Poles:
         self.kernel, self.size, self.ahead = kernel, states, ahead
         self.places = np.zeros(2 * states, dtype=np.int64)
         self.trail = np.zeros(1 + 5 * states)
-        self.renew()
+        self.begin([0] * (2 * states), [math.inf] * states)  # nothing to look at yet
 
     def renew(self) -> None:
-        """Know nothing of a run."""
+        """Know nothing of a run before `begin`."""
         self.trail.fill(0.0)
-        self.begin([0] * (2 * self.size), [math.inf] * self.size)  # nothing to look at yet
 
     def begin(self, places: Sequence[int], absolute: Sequence[float]) -> None:
         """Go on anew, with these slots of the states and of their derivatives, and these absolute

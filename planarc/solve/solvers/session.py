@@ -23,6 +23,9 @@ class Session:
         self._vectors: list[int] = []
         self._linear = self._matrix = None
         self._raised: BaseException | None = None
+        kinds = [C.c_long] * 4 + [C.c_int] * 2 + [C.c_double] * 4
+        told: list[Any] = [kind() for kind in kinds]
+        self._statistics = told, [C.byref(number) for number in told]
         self.begun = False
 
     @property
@@ -37,6 +40,8 @@ class Session:
     def vectors(self, count: int, size: int) -> tuple[list[int], list[Any]]:
         """Vectors, and their numbers."""
         made = [self.lib.N_VNew_Serial(size, self.context) for _ in range(count)]
+        for vector in made:
+            self.lib.N_VEnableFusedOps_Serial(vector, 1)
         self._vectors += made
         return made, [self.numbers(v, size) for v in made]
 
@@ -110,6 +115,12 @@ class Session:
         value = C.c_long()
         self.call(f"Get{name}", C.byref(value))
         return value.value
+
+    def statistics(self) -> tuple[int, int, int]:
+        """Steps, right-hand sides but those of differences, and failures of the error test."""
+        told, places = self._statistics
+        self.call("GetIntegratorStats", *places)
+        return told[0].value, told[1].value, told[3].value
 
     def last_step(self) -> float:
         """The length of the last step, in seconds; 0 before there was one."""

@@ -34,6 +34,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "SUNContext_Free": (_I, (C.POINTER(_P),)),
     "SUNContext_ClearErrHandlers": (_I, (_P,)),
     "N_VNew_Serial": (_P, (_L, _P)),
+    "N_VEnableFusedOps_Serial": (_I, (_P, _I)),
     "N_VGetArrayPointer": (_P, (_P,)),
     "N_VDestroy": (None, (_P,)),
     "SUNDenseMatrix": (_P, (_L, _L, _P)),
@@ -66,12 +67,15 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVodeGetEstLocalErrors": (_I, (_P, _P)),
     "CVodeGetErrWeights": (_I, (_P, _P)),
     "CVodeGetLastStep": (_I, (_P, C.POINTER(_D))),
+    "CVodeGetIntegratorStats": (
+        _I,
+        (_P, *[_LONGS] * 4, *[C.POINTER(_I)] * 2, *[C.POINTER(_D)] * 4),
+    ),
     "CVodeGetNumSteps": (_I, (_P, _LONGS)),
     "CVodeGetNumRhsEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinRhsEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinConvFails": (_I, (_P, _LONGS)),
     "CVodeGetNumJacEvals": (_I, (_P, _LONGS)),
-    "CVodeGetNumErrTestFails": (_I, (_P, _LONGS)),
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }
 

@@ -174,27 +174,29 @@ class _Level:
             self._seen = place, found
         return self._seen[1]
 
-    def _distance(self, values: Vector, turns: float = math.inf) -> float:
-        """How far values are from their guides; angles are so many turns from them at most."""
+    def _distance(self, values: Vector) -> float:
+        """How far values are from their guides."""
         pairs = zip(self.guides, values.tolist(), strict=True)
-        most = turns * TURN
-        ways = ((g.weight, abs(v - g.start), most if g.angle else math.inf) for g, v in pairs)
-        return math.fsum(weight * min(way, farthest) ** 2 for weight, way, farthest in ways)
+        return float(sum([g.weight * (v - g.start) ** 2 for g, v in pairs]))
+
+    def _within_a_turn(self, values: Vector) -> float:
+        """The same, angles being a turn away at most."""
+        ways = abs(values - [g.start for g in self.guides]).tolist()
+        pairs = zip(self.guides, ways, strict=True)
+        return float(sum([g.weight * (min(w, TURN) if g.angle else w) ** 2 for g, w in pairs]))
 
     def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
         """Whether written values, or defaults in loops without written ones, have stayed near."""
-        moved = abs(self._values(point) - [g.start for g in self.guides])
-        ways = list(zip(moved, self.guides, strict=True))
-        if any(m > NEAR for m, g in ways if g.weight == WRITTEN):
+        values = self._values(point).tolist()
+        far = [g for v, g in zip(values, self.guides, strict=True) if not abs(v - g.start) <= NEAR]
+        if any(g.weight == WRITTEN for g in far):
             return False
         if any(g.column < 0 for g in self._strong):
             return True
         candidates = self.system.program.candidates
         told = {candidates[g.column].block for g in self._strong}
         return all(
-            m <= NEAR or (g.column >= 0 and candidates[g.column].block in told)
-            for m, g in ways
-            if g.weight != OTHER
+            g.column >= 0 and candidates[g.column].block in told for g in far if g.weight != OTHER
         )
 
     def guesses(self, u: Vector) -> list[Vector]:
@@ -220,7 +222,7 @@ class _Level:
         import numpy as np
 
         point, best = root.point, self._distance(self._values(root.point))
-        if best < min(g.weight for g in self.guides) * (TURN / 2) ** 2:
+        if best < min([g.weight for g in self.guides]) * (TURN / 2) ** 2:
             return root
         limit = 1e-9 + 10 * float(np.max(np.abs(root.residuals), initial=0.0))
         better = True
@@ -243,8 +245,8 @@ class _Level:
         nothing."""
         values = [self._values(r.point) for r in found]
         near = list(range(len(found)))
-        for turns in (1.0, math.inf):
-            distances = [self._distance(values[i], turns) for i in near]
+        for measure in (self._within_a_turn, self._distance):
+            distances = [measure(values[i]) for i in near]
             enough = min(distances) * (1 + 1e-6) + 1e-12
             near = [i for i, d in zip(near, distances, strict=True) if d <= enough]
         return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]

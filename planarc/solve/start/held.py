@@ -107,7 +107,7 @@ def _held_at(system: System, place: Vector) -> _Outcome | None:
             beside.extend(gradients(system, place, others) @ motions)
         return beside[others.index(item)]
 
-    count = motions.shape[1]
+    count: int = motions.shape[1]
     span, held, extra = Directions(count, row), [*_fixed(system.program)], list[FixedSlot]()
     taken, dependent = list[bool](), list[int]()
     for item in order:
@@ -153,11 +153,13 @@ class Directions:
     something changes with each of these."""
 
     def __init__(self, count: int, row: Callable[[int | FixedSlot], Vector]) -> None:
-        import numpy as np
+        self.row, self.held = row, list[int | FixedSlot]()
+        self._units: list[list[float]] = []  # of a few
+        self._basis: Vector | None = None  # of more
+        if count > FEW:
+            import numpy as np
 
-        self.row, self._few, self.held = row, count <= FEW, list[int | FixedSlot]()
-        self._units: list[list[float]] = []
-        self._basis = np.empty((0 if self._few else count, count))
+            self._basis = np.empty((count, count))
         self._count = count
 
     def add(self, item: int | FixedSlot) -> bool:
@@ -165,7 +167,7 @@ class Directions:
         count = len(self.held)
         if count == self._count:
             return False
-        if self._few:
+        if self._basis is None:
             return self._add(item)
         row, basis = self.row(item), self._basis[:count]
         rest = row - (basis @ row) @ basis

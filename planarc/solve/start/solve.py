@@ -85,12 +85,13 @@ def solve_start(
         if again is not None and again.choice != choice:
             choice = again.choice
             values = assemble(system.holding(choice.others), u0, choice)
-    wished = choice.others or any(
-        h and not c.fixed for h, c in zip(choice.held, program.candidates, strict=True)
-    )
-    if values is None and wished and len(u0) <= system.rows:  # what is not fixed is a guess
-        choice = choose_fixed(program)
-        values = assemble(system, u0, choice)
+    if values is None and len(u0) <= system.rows:
+        wished = choice.others or any(
+            h and not c.fixed for h, c in zip(choice.held, program.candidates, strict=True)
+        )
+        if wished:  # what is not fixed is a guess
+            choice = choose_fixed(program)
+            values = assemble(system, u0, choice)
     system = system.holding(choice.others)
     if values is None:
         from planarc.solve.start.failure import explain

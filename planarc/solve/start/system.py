@@ -58,6 +58,12 @@ class System:
         count = self.initial_rows.stop
         self.fixed_rows = range(count, count + len(self.conditions))
         self.rows = self.fixed_rows.stop
+        #: All that asks to be held: fixed candidates (by number), then all that was written, by
+        #: StateSelect and declaration; and the variables among these that are no candidates.
+        self.asking = [
+            item for item, start, said in _ranked(program) if said or start.start in given
+        ]
+        self.asking_besides = [f for f in self.asking if isinstance(f, FixedSlot)]
         self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
@@ -87,18 +93,6 @@ class System:
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
         return start.start in self.given or _says(start)
-
-    @cached_property
-    def asking(self) -> list[int | FixedSlot]:
-        """All that asks to be held: fixed candidates (by number), then all that was written, by
-        StateSelect and declaration."""
-        given = self.given
-        return [item for item, start, said in _ranked(self.program) if said or start.start in given]
-
-    @cached_property
-    def asking_besides(self) -> list[FixedSlot]:
-        """The variables among these that are no candidates."""
-        return [f for f in self.asking if isinstance(f, FixedSlot)]
 
     # Values
 

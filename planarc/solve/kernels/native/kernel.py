@@ -20,7 +20,7 @@ from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
 from planarc.solve.kernels.native.engine import Engine
-from planarc.solve.kernels.native.layout import find_layout, numbers_of
+from planarc.solve.kernels.native.layout import Table, find_layout, numbers_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,17 +78,22 @@ class NativeKernel(Derived):
         ):
             self._frame[where] = address(array)
         self._results, self._tear_starts = made.results, made.tear_starts
+        self._first_tears = self._accepted[: len(made.tear_starts)]
+        self._matrices: dict[int, Vector] = {}  # the Jacobians of blocks, in place
         self._candidate_slots, self._residual_places = made.candidates, made.residuals
         self._asked, self._selections = made.asked, made.selections
         self._made = made
         self._bind(engine)
+        self._begin_past()
         self._begin_anew()
+
+    def _begin_past(self) -> None:
+        self.history = History(len(self._program.delays))
+        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
 
     def _begin_anew(self) -> None:
         """What a run finds; all arrays hold zeros."""
-        made, program = self._made, self._program
-        self.history = History(len(program.delays))
-        self._frame[Frame.PAST] = self.history.memory.buffer_info()[0]
+        made = self._made
         self._numbers[Number.STATES] = len(self._y)
         self._numbers[Number.OPEN] = -1
         self._started = False
@@ -110,6 +115,8 @@ class NativeKernel(Derived):
         ):
             array.fill(0)
         self._derivatives.clear()
+        if self._program.delays:
+            self._begin_past()
         self._begin_anew()
 
     @property
@@ -248,23 +255,21 @@ class NativeKernel(Derived):
         return 0 if np.isfinite(found.sum()) else -1
 
     def jacobian(self, block: int) -> Sequence[Sequence[float]]:
-        code = self._program.blocks[block]
-        m, n = len(code.residuals), len(code.tears)
-        if m:
+        code, matrix = self._program.blocks[block], self._matrices.get(block)
+        if matrix is None:
+            m, n, at = len(code.residuals), len(code.tears), self._place.jacobian(block)
+            matrix = self._matrices[block] = self._area[at : at + m * n].reshape(m, n)
+        if code.residuals:
             self._evaluate(Mode.BELOW if code.height else Mode.MATRICES)
-        at = self._place.jacobian(block)
-        found: list[list[float]] = self._area[at : at + m * n].reshape(m, n).tolist()
+        found: list[list[float]] = matrix.tolist()
         return found
 
     def differences(
         self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
     ) -> Vector | None:
-        table, width = self._tables(columns, slots, below)
-        out = np.empty((1 + len(columns), width))
-        self._begin()
-        self.w[0] = t
-        self.w[self._candidate_slots] = u
-        flag = self._call_differences(address(table), address(out))
+        table = self._table(t, u, columns, slots, below)
+        out = np.empty((1 + len(columns), table.width))
+        flag = self._call_differences(table.address, address(out))
         return None if flag else out
 
     def root(
@@ -276,11 +281,9 @@ class NativeKernel(Derived):
         rows: Sequence[int],
         wanted: Vector,
     ) -> Vector | None:
-        table, width = self._conditions(t, u, columns, slots)
-        m = len(columns)
-        out, places = np.empty((1 + m) * width + m * (m + 7)), np.array(rows, np.int64)
-        given = (table, places, wanted, out)
-        if self._call_root(*map(address, given), m):
+        table, m = self._conditions(t, u, columns, slots), len(columns)
+        out, places = np.empty((1 + m) * table.width + m * (m + 7)), np.array(rows, np.int64)
+        if self._call_root(table.address, *map(address, (places, wanted, out)), m):
             return None
         found: Vector = self.w[self._candidate_slots]
         return found
@@ -289,34 +292,35 @@ class NativeKernel(Derived):
         n = len(u)
         if n > _LARGEST:
             return None
-        table, width = self._conditions(t, u, tuple(range(n)), slots)
-        out, q = np.empty((1 + n) * width), np.empty((n, n))
-        rank = self._call_motions(address(table), address(out), address(q), part)
+        table = self._conditions(t, u, tuple(range(n)), slots)
+        out, q = np.empty((1 + n) * table.width), np.empty((n, n))
+        rank = self._call_motions(table.address, address(out), address(q), part)
         return q[rank:n].T if rank >= 0 else None
 
     def _conditions(
         self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
-    ) -> tuple[NDArray[np.int64], int]:
+    ) -> Table:
         """The table of all conditions at the start, for the workspace at `u`."""
+        return self._table(t, u, columns, slots, not (slots or len(self._initial)))
+
+    def _table(
+        self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
+    ) -> Table:
+        """The table that `pc_differences` reads; the workspace is at `u`."""
         self._begin()
         self.w[0] = t
         self.w[self._candidate_slots] = u
-        return self._tables(columns, slots, not (slots or len(self._initial)))
-
-    def _tables(
-        self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool
-    ) -> tuple[NDArray[np.int64], int]:
-        """The table that `pc_differences` reads, and the length of its rows."""
         key = columns, slots, below
-        if key not in self._asked:
+        found = self._asked.get(key)
+        if found is None:
             initial = 0 if below else len(self._initial)
             places = self._residual_places
             counts = (len(columns), len(places), initial, len(slots))
             moved = self._candidate_slots[list(columns)]
             mode = Mode.BELOW if below else Mode.GIVEN
-            table = np.concatenate([(mode, *counts), moved, places, slots]).astype(np.int64)
-            self._asked[key] = table, sum(counts[1:])
-        return self._asked[key]
+            numbers = np.concatenate([(mode, *counts), moved, places, slots]).astype(np.int64)
+            found = self._asked[key] = Table(numbers, address(numbers), sum(counts[1:]))
+        return found
 
     def roots(self, t: float, y: Sequence[float], g: MutableSequence[float]) -> int:
         self._begin()
@@ -365,10 +369,11 @@ class NativeKernel(Derived):
         """Start blocks from the start values, at rest, before a point was accepted."""
         if self._started:
             return
-        self._accepted[:] = 0.0
-        self._accepted[: len(self._tear_starts)] = self.w[self._tear_starts]
+        self._accepted.fill(0.0)
+        self.w.take(self._tear_starts, out=self._first_tears, mode="clip")
         for block, values in self._settled.items():
             self._accepted[self._tears(block)] = values
 
     def _check_all(self) -> int:
-        return 0 if np.isfinite(self.w.take(self._results)).all() else -1
+        finite = np.isfinite(self.w.take(self._results))
+        return 0 if np.logical_and.reduce(finite) else -1

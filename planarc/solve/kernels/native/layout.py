@@ -19,6 +19,15 @@ if TYPE_CHECKING:
     Indices = NDArray[np.intp]
 
 
+class Table(Data):
+    """What `pc_differences` reads of some derivatives, and the length of the rows that it writes.
+    `numbers` live as long as their address is in use."""
+
+    numbers: NDArray[np.int64]
+    address: int
+    width: int
+
+
 class Layout(Data):
     """Numbers that all kernels of a program have in common; the arrays are never written."""
 
@@ -31,7 +40,7 @@ class Layout(Data):
     defaults: Vector
     angles: NDArray[np.int64]  # of loops, as `Frame.ANGLES` has them
     first: tuple[int, ...]  # the candidates that are states before these are chosen
-    asked: dict[Any, tuple[NDArray[np.int64], int]]  # what `pc_differences` reads
+    asked: dict[Any, Table]  # what `pc_differences` reads
     selections: dict[tuple[int, ...], NDArray[np.int64]]  # numbers, from the first state on
 
 
