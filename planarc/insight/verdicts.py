@@ -11,6 +11,7 @@ Out:  warnings and notes, in the order in which they are told
     late        sources that begin after its end
     limited     controllers that are at their limit
     pulling     contacts that pull, and tell it to the model alone
+    untouched   contacts that do not come near
     sparse      rows that do not show a motion
     still       nothing moves, where nothing else is told
 """
@@ -29,6 +30,7 @@ from planarc.insight.reactions import judge_reactions
 from planarc.insight.runaway import judge_runaway
 from planarc.insight.sparse import judge_sparse
 from planarc.insight.still import judge_still
+from planarc.insight.untouched import judge_untouched
 
 if TYPE_CHECKING:
     from planarc.core.diagnostic import Diagnostic
@@ -45,6 +47,7 @@ def judge(result: Result, tolerance: float) -> list[Diagnostic]:
     found += judge_late(result)
     found += judge_limited(result)
     found += judge_pulling(result)
+    found += judge_untouched(result)
     found += judge_sparse(result)
     if not found:
         found += judge_still(result)
