@@ -271,7 +271,14 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
                 f"`{name}` is an array of {len(entries)} numbers, not one",
                 f"set all of them in braces, or one by its name: `{entries[0]}`",
             )
-        raise _unknown("R404", "parameter", name, known)
+        if any(c.name.startswith(f"{name}[") for c in program.columns):
+            raise _usage(
+                "R404",
+                f"`{name}` is a vector of variables, and no parameter",
+                _given_by(program, name)
+                or f"set start values of its entries, as with `{name}[1].start`",
+            )
+        raise _unknown("R404", "parameter", name, (n for n, p in known.items() if not p.final))
     if parameter.structural:
         raise _usage(
             "R405",
@@ -358,8 +365,10 @@ def _given_by(program: Program, name: str) -> str | None:
     slot = next((c.slot for c in program.columns if c.name == name), None)
     same = [c.name for c in program.columns if c.slot == slot]
     known = [p.name for p in program.parameter_slots if p.settable]
-    given = (p for p in known if any(p.startswith(f"{n}_") for n in same))
-    return next((f"set `{p}`, which gives it" for p in given), None)
+    given = next((p for p in known if any(p.startswith(f"{n}_") for n in (*same, name))), None)
+    if given is not None and given.endswith("]"):
+        return f"did you mean the parameter `{given.partition('[')[0]}`?"
+    return None if given is None else f"set `{given}`, which gives it"
 
 
 def _deciding(program: Program, name: str) -> Sequence[str]:

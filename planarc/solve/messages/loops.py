@@ -11,7 +11,7 @@ from planarc.core.prose import both, listed
 from planarc.ir.kernel import Kernel
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
 from planarc.ir.once import once
-from planarc.ir.places import own_names
+from planarc.ir.places import own_names, owner
 from planarc.ir.program import Program
 from planarc.solve.messages import trouble
 
@@ -28,12 +28,38 @@ def loop_names(program: Program, components: Sequence[str]) -> str:
         return trouble.names(own_names(program, components))
     names = own_names(program, (j.name for j in joints))
     links = {i for j in joints for i in j.links} - {GROUND}
-    bars = own_names(program, (b for i in sorted(links) for b in _bars(mechanism.links[i])))
+    ends = {f for j in joints for f in j.frames}
+    within = (_between(program, mechanism.links[i], ends) for i in sorted(links))
+    bars = list(dict.fromkeys(b for of_link in within for b in of_link))
     bars = [b for b in bars if b not in names]
     if not bars:
         return trouble.names(names)
     kind = "joint" if len(names) == 1 else "joints"
     return f"{trouble.names(bars)} ({kind} {trouble.names(names)})"
+
+
+def _between(program: Program, link: Link, ends: Collection[str]) -> list[str]:
+    """The user's bars of a link that lead from end to end, and none that only sticks out; all of
+    them where that is not known."""
+    points, ways = _points(program), dict[str, set[int]]()
+    at = {f: points[x] for f in link.frames if (x := f"{f}.r[1]") in points}
+    for bar in _bars(link):
+        for name in own_names(program, [bar]):
+            ways.setdefault(name, set()).update(at[f] for f in at if owner(f) == bar)
+    fixed, kept = {at[f] for f in ends if f in at}, dict(ways)
+    while True:
+        there = Counter(point for way in kept.values() for point in way)
+        out = [b for b, way in kept.items() if sum(there[p] > 1 or p in fixed for p in way) < 2]
+        if not out:
+            return list(kept or ways)
+        for bar in out:
+            del kept[bar]
+
+
+@once
+def _points(program: Program) -> dict[str, int]:
+    """The slots of the places of frames: connected ones have one."""
+    return {c.name: c.slot for c in program.columns if c.name.endswith(".r[1]")}
 
 
 def loop_joints(program: Program, components: Collection[str]) -> list[Joint]:
