@@ -60,3 +60,49 @@ def test_a_model_without_mechanics_is_not_meant() -> None:
         told("model Rest\n  Real x(start=1, fixed=true);\nequation\n  der(x) = 0;\nend Rest;\n")
         == []
     )
+
+
+LIFTS = """model Lifts
+  import PlanarMultiBody.{Joints, Parts, Forces};
+  inner PlanarMultiBody.World worldGRAVITY;
+  Joints.Prismatic left(n={0, 1}, s(start=1, fixed=true), v(fixed=true));
+  Joints.Prismatic right(AXISs(start=0, fixed=true), v(start=SPEED, fixed=true));
+  Parts.Body cabin(m=400, I=60), weight(m=500, I=50);
+  Forces.Spring rope(c=2e4, s_unstretched=1.2);
+equation
+  connect(world.frame_b, left.frame_a);
+  connect(left.frame_b, cabin.frame_a);
+  connect(world.frame_b, right.frame_a);
+  connect(right.frame_b, weight.frame_a);
+  connect(world.frame_b, rope.frame_a);
+  connect(rope.frame_b, cabin.frame_a);
+end Lifts;
+"""
+
+
+def lifts(axis: str = "", speed: float = 0.0, gravity: str = "") -> list[str]:
+    text = LIFTS.replace("AXIS", axis).replace("SPEED", repr(speed)).replace("GRAVITY", gravity)
+    found = [w for w in planarc.load(text).simulate(1.0).warnings if w.code == "R451"]
+    return [f"{w.message}: {w.hint}" for w in found]
+
+
+def test_a_slide_left_level_is_told_while_others_move() -> None:
+    (message,) = lifts()
+    assert message.startswith(
+        "`right` stands still while others move: its axis is left at n={1, 0}"
+    )
+    assert "`right(n={0, 1})`" in message
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"axis": "n={1, 0}, "},  # as it is written
+        {"axis": "n={0, 1}, "},
+        {"speed": 0.1},
+        {"gravity": "(g=0)"},
+        {"gravity": "(n={1, 0})"},
+    ],
+)
+def test_a_slide_that_is_meant_so_is_not_told(values: dict[str, str]) -> None:
+    assert lifts(**values) == []  # type: ignore[arg-type]
