@@ -19,7 +19,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.evaluate.declared import DeclaredValues
 from planarc.ir.dae import Dae
-from planarc.ir.flat import FlatModel
+from planarc.ir.flat import FlatModel, Part
 from planarc.ir.places import own_part
 from planarc.runtime.texts import formatted
 from planarc.solve.messages.assertion import assertion_diagnostic
@@ -29,6 +29,7 @@ def find_doubts(flat: FlatModel, dae: Dae) -> Iterator[Diagnostic]:
     """What a model's components say of their parameters."""
     open_ones = {v.name for v in flat.variables if v.binding is None}
     values, told = DeclaredValues(dae, open_ones), set[Span]()
+    said: set[tuple[Part | None, str]] = set()  # once of two contacts in one part
     for assertion in dae.assertions:
         if not assertion.warning and own_part(dae, assertion.component) is None:
             continue  # a library's class by itself has not its values yet
@@ -41,6 +42,8 @@ def find_doubts(flat: FlatModel, dae: Dae) -> Iterator[Diagnostic]:
             ]
         except (KeyError, ArithmeticError, ValueError):
             continue
-        if assertion.given is NOWHERE or assertion.given not in told:
+        text = (own_part(dae, assertion.component), "".join(texts))
+        if text not in said and (assertion.given is NOWHERE or assertion.given not in told):
             told.add(assertion.given)
-            yield assertion_diagnostic(dae, None, assertion, "".join(texts))
+            said.add(text)
+            yield assertion_diagnostic(dae, None, assertion, text[1])
