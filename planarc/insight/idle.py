@@ -7,7 +7,7 @@ Out:  warnings S323
     free beside a joint  a part that only gives coordinates, as `FreeMotion`, between links that
                          joints hold together; with start values of its own it is no idle one
     inside of one part   a spring, damper or drive between two points of one rigid body or shaft
-    on the ground        a force or torque on what cannot move
+    on the ground        a force or torque on what cannot move, or a force on an axis that cannot
     beside its hinge     a pulley or gear wheel on the standing side of the hinge on which it turns
     on one point         a sensor of distances, or a spring along a line, whose frames are always
                          at the same place, as those of a hinge
@@ -134,6 +134,23 @@ def _inside_links(
                 Severity.WARNING,
                 hint=f"connect `{ends[0]}` to a part that moves",
             )
+        elif f"{ends[0]}.t" in zeros(dae) and (axis := _axis_at(dae, mechanism, ends[0])):
+            yield _idle(
+                f"`{component}` moves nothing: `{ends[0]}` is on the axis of `{axis}`, which stays "
+                "where it is",
+                part,
+                f"connect `{ends[0]}` to a point beside that axis, such as the other end of a bar",
+            )
+
+
+def _axis_at(dae: Dae, mechanism: Mechanism, frame: str) -> str:
+    """The hinge on the ground at which a frame is."""
+    there = {*next((names for names in dae.connections if frame in names), ())}
+    near = [
+        j.name for j in mechanism.joints if GROUND in j.links and not there.isdisjoint(j.frames)
+    ]
+    pins = find_pins(dae, mechanism) if near else set()
+    return next((name for name in near if name in pins), "")
 
 
 def _rigid_part(ends: Sequence[str], mechanism: Mechanism, link: int) -> str:
