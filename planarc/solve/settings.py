@@ -214,11 +214,8 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
     if not given:
         return {}
     known = _parameters(program)
-    found = {}
-    for name, value in given.items():
-        parameter = _settable(known, program, name)
-        found[parameter.slot] = _of_kind(parameter, value)
-    return found
+    settable = ((_settable(known, program, name), value) for name, value in given.items())
+    return {parameter.slot: _of_kind(parameter, value) for parameter, value in settable}
 
 
 def _start_time(program: Program, start: float) -> dict[int, float]:
