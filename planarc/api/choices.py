@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from msgspec.structs import replace
 
@@ -48,10 +48,13 @@ def integrated(
     fixed_step: float | None,
     contact: str | Contacts | None,
     backend: str | Backend | None,
+    **checked: Any,
 ) -> RunOptions:
-    """The options with the choices that a run and a stepper share; `fixed_step` in s."""
+    """The options with the choices that a run and a stepper share; `fixed_step` in s. And with more
+    options that were checked already."""
     return replace(
         options,
+        **checked,
         backend=options.backend if backend is None else backend_of(backend),
         solver=chosen(Solver, "solver", solver),
         contact=None if contact is None else chosen(Contacts, "treatment of contacts", contact),

@@ -174,12 +174,15 @@ class Model(Loaded):
             )
         times = start_time, stop_time, tolerance, intervals
         model, options = self.asked(parameters, start, *times)
-        options = replace(
+        options = integrated(
             options,
+            solver,
+            fixed_step,
+            contact,
+            backend,
             interval=None if interval is None else finite("interval", interval, "s"),
             redundant=None if redundant is None else treatment_of(redundant),
         )
-        options = integrated(options, solver, fixed_step, contact, backend)
         return model.run(_placed(model, options, start_from, inputs), inputs, progress)
 
     @telling_keywords

@@ -55,7 +55,7 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
     """Values by the names of scalar parameters. Raises UsageError (C201 to C203)."""
     known = slots_of(program)
     result: dict[str, float] = {}
-    for name, value in _scalars(given, known, "parameter", program):
+    for name, value in _scalars(by_name(given), known, "parameter", program):
         parameter = known[name]
         _refuse_truth(parameter, value)
         result[name] = _number(name, value, parameter.literals, parameter.unit)
@@ -133,14 +133,10 @@ def run_options(
     **checked: Any,
 ) -> RunOptions:
     """The options that a user gives a run, with more options that were checked already."""
-    asked = {"start_time": start_time, "stop_time": stop_time, "tolerance": tolerance}
-    start, stop, exact = (
-        v if v is None else finite(n, v, "" if n == "tolerance" else "s") for n, v in asked.items()
-    )
     return RunOptions(
-        start=start,
-        stop=stop,
-        tolerance=exact,
+        start=None if start_time is None else finite("start_time", start_time, "s"),
+        stop=None if stop_time is None else finite("stop_time", stop_time, "s"),
+        tolerance=None if tolerance is None else finite("tolerance", tolerance),
         intervals=count("intervals", intervals),
         backend=backend,
         **checked,
@@ -163,9 +159,9 @@ def by_name(
 
 
 def _scalars(
-    given: Mapping[str, Value] | None, known: Mapping[str, Any], kind: str, program: Program
+    given: Mapping[str, Value], known: Mapping[str, Any], kind: str, program: Program
 ) -> Iterable[tuple[str, Any]]:
-    for name, value in by_name(given).items():
+    for name, value in given.items():
         if name in known:
             if _is_sequence(value) and getattr(value, "shape", None) != ():
                 raise _shape(name, "one number", value)

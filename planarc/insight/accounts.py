@@ -35,7 +35,7 @@ _NOTABLE = 1e-3
 
 def judge_accounts(result: Result) -> Iterator[Diagnostic]:
     """A warning for each component whose energies do not add up to what its forces do."""
-    own = _own_accounts(result.program)
+    own = own_accounts(result.program)
     if not own or len(result.time) < 2:
         return
     import numpy as np
@@ -55,7 +55,7 @@ def judge_accounts(result: Result) -> Iterator[Diagnostic]:
 
 
 @once
-def _own_accounts(program: Program) -> dict[str, dict[str, Pairs]]:
+def own_accounts(program: Program) -> dict[str, dict[str, Pairs]]:
     """The components of the user's own classes that declare all their energy by itself, with their
     connectors."""
     names: dict[str, set[str]] = {}

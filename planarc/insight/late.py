@@ -41,7 +41,7 @@ def judge_late(result: Result) -> Iterator[Diagnostic]:
     if len(result.time) < 2 or result.ended is not None:
         return
     end = float(result.time[-1])
-    for source in _sources(result.program):
+    for source in timed_sources(result.program):
         told, part = _late(source, result), declared_part(result.program, source.name)
         if told and part is not None:
             yield Diagnostic(
@@ -71,7 +71,7 @@ def _late(source: _Source, result: Result) -> str:
 
 
 @once
-def _sources(program: Program) -> tuple[_Source, ...]:
+def timed_sources(program: Program) -> tuple[_Source, ...]:
     slots = {p.name: p.slot for p in program.parameter_slots}
     found = []
     for name, start in slots.items():

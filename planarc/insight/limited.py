@@ -43,7 +43,7 @@ def judge_limited(result: Result) -> Iterator[Diagnostic]:
     """The notes about blocks that are at a limit nearly all the while."""
     import numpy as np
 
-    blocks = _blocks(result.program)
+    blocks = limited_blocks(result.program)
     if not blocks or result.ended is not None:
         return
     steps = np.diff(result.time)
@@ -74,7 +74,7 @@ def _share(steps: Vector, y: Vector, limit: float) -> float:
 
 
 @once
-def _blocks(program: Program) -> tuple[_Block, ...]:
+def limited_blocks(program: Program) -> tuple[_Block, ...]:
     classes = {p.name: p.class_name.rpartition(".")[2] for p in program.parts}
     limited = {name: _LIMITED[kind] for name, kind in classes.items() if kind in _LIMITED}
     if not limited:

@@ -30,9 +30,10 @@ _NEAR, _STRAIGHT = 0.02, 0.5
 
 def judge_passing(result: Result) -> Iterator[Diagnostic]:
     """The warning about the first such spring."""
-    if len(result.time) < 3:
+    lines = declared_lines(result.program)
+    if not lines or len(result.time) < 3:
         return
-    for component, d in _lines(result.program):
+    for component, d in lines:
         t = _passes(result, d)
         part = own_part(result.program, component)
         if t is not None and part is not None:
@@ -78,7 +79,7 @@ def _passes(result: Result, slots: tuple[int, int]) -> float | None:
 
 
 @once
-def _lines(program: Program) -> tuple[tuple[str, tuple[int, int]], ...]:
+def declared_lines(program: Program) -> tuple[tuple[str, tuple[int, int]], ...]:
     """The components that declare a vector between their ends, and the slots of this."""
     slots = {c.name: c.slot for c in program.columns}
     found = []

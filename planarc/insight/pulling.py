@@ -27,12 +27,15 @@ _SOME = 0.01
 
 
 def judge_pulling(result: Result) -> Iterator[Diagnostic]:
+    joints = telling_joints(result.program)
+    if not joints:
+        return
     import numpy as np
 
     steps = np.diff(result.time)
     if len(steps) < 2 or not steps.any():
         return
-    for name in _joints(result.program):
+    for name in joints:
         part = declared_part(result.program, name)
         pulls = np.broadcast_to(result[f"{name}.f_N"] < 0, result.time.shape)
         share = steps[pulls[1:] & pulls[:-1]].sum() / steps.sum()
@@ -50,7 +53,7 @@ def judge_pulling(result: Result) -> Iterator[Diagnostic]:
 
 
 @once
-def _joints(program: Program) -> tuple[str, ...]:
+def telling_joints(program: Program) -> tuple[str, ...]:
     """The components with both `inContact` and `f_N`."""
     names = {c.name for c in program.columns}
     told = (n.rpartition(".")[0] for n in names if n.endswith(".inContact"))

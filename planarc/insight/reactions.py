@@ -34,7 +34,7 @@ _ROUNDING = 1e-9
 
 def judge_reactions(result: Result) -> Iterator[Diagnostic]:
     """A warning for each part whose torques do not balance though its equation says how."""
-    balances = _torque_balances(result.program)
+    balances = torque_balances(result.program)
     if not balances or len(result.time) < 2:
         return
     from planarc.insight.values import Values
@@ -47,7 +47,7 @@ def judge_reactions(result: Result) -> Iterator[Diagnostic]:
 
 
 @once
-def _torque_balances(program: Program) -> list[tuple[EquationInfo, Sequence[str]]]:
+def torque_balances(program: Program) -> list[tuple[EquationInfo, Sequence[str]]]:
     """The equations that say how the torques of a part of the user's own balance which has several
     frames, each with these."""
     own = [e for e in program.equations if e.component and is_own(program, e.span)]

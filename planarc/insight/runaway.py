@@ -48,7 +48,7 @@ def judge_runaway(result: Result) -> Diagnostic | None:
     if not speeds:
         return None
     sizes = np.abs(result.data.take([column for _, column, _ in speeds], 1))
-    if math.isfinite(largest := sizes.max(initial=0.0)) and largest <= _FASTEST_TURN:
+    if math.isfinite(largest := np.maximum.reduce(sizes, None)) and largest <= _FASTEST_TURN:
         if largest > _FAST and (growth := _multiplying(result.time, sizes)) is not None:
             at, ratio, span = growth
             name, _, unit = speeds[at]

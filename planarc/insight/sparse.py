@@ -34,11 +34,11 @@ _OPEN = 0.35
 
 
 def judge_sparse(result: Result) -> Iterator[Diagnostic]:
-    import numpy as np
-
     rows = len(result.time)
     if rows < _ROWS or result.statistics.steps < _STEPS * rows:
         return
+    import numpy as np
+
     steps = np.diff(result.time)
     there = steps > 0
     h = steps[there]

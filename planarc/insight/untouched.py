@@ -31,7 +31,7 @@ def judge_untouched(result: Result) -> Iterator[Diagnostic]:
 
     if len(result.time) < 3 or result.ended is not None:
         return
-    for name, slots in _gaps(result.program):
+    for name, slots in gaps_of_contacts(result.program):
         gaps = [result.of_slot(slot) for slot in slots]
         least = float(min(np.min(gap) for gap in gaps))
         first = float(min(np.ravel(gap)[0] for gap in gaps))
@@ -48,7 +48,7 @@ def judge_untouched(result: Result) -> Iterator[Diagnostic]:
 
 
 @once
-def _gaps(program: Program) -> tuple[tuple[str, tuple[int, ...]], ...]:
+def gaps_of_contacts(program: Program) -> tuple[tuple[str, tuple[int, ...]], ...]:
     """The contacts of the user's model, with the slots of their gaps."""
     contacts = {p.name for p in program.parts if p.class_name.endswith(".Contacts.Contact")}
     contacts = {name for name in contacts if "[" not in name}  # some of many may meet nothing

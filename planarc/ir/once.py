@@ -20,12 +20,14 @@ def once(function: Callable[[Whole], Found]) -> Callable[[Whole], Found]:
 
     @wraps(function)
     def find(whole: Whole) -> Found:
-        entry = known.get(id(whole))
-        if entry is None:
-            entry = (whole, function(whole))
-            known[id(whole)] = entry
-            for old in list(known)[:-MOST]:
-                known.pop(old, None)
-        return entry[1]
+        try:
+            return known[id(whole)][1]
+        except KeyError:
+            pass
+        found = function(whole)
+        known[id(whole)] = whole, found
+        for old in list(known)[:-MOST]:
+            known.pop(old, None)
+        return found
 
     return find

@@ -82,12 +82,16 @@ def _place(program: Program, kernel: Kernel, name: str) -> Span:
 def _not_finite(program: Program, kernel: Kernel) -> str:
     """The first parameter, constant or variable that never changes without a finite value,
     or nothing."""
-    # Their slots stand before those of the candidates; a length tells of all at once.
+    # Their slots stand before those of the candidates. Of a list, a length tells of all at once.
     end = program.candidates[0].slot if program.candidates else len(kernel.w)
     values: Any = kernel.w[:end]
-    if not isinstance(values, list):
-        values = values.tolist()
-    if math.isfinite(math.hypot(*values)):
+    if isinstance(values, list):
+        finite = math.isfinite(math.hypot(*values))
+    else:
+        import numpy as np
+
+        finite = np.count_nonzero(np.isfinite(values)) == len(values)
+    if finite:
         return ""
     for p in program.parameter_slots:
         if not math.isfinite(kernel.w[p.slot]):

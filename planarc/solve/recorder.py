@@ -85,7 +85,7 @@ class Recorder:
 
         begin, self._looked = min(self._looked, self.count), self.count
         finite = np.isfinite(self.data[begin : self.count])
-        if np.logical_and.reduce(finite, None):
+        if np.count_nonzero(finite) == finite.size:
             return None
         return begin + int(finite.all(axis=1).argmin())
 

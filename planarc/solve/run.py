@@ -149,7 +149,7 @@ class Run(Begun):
                 return True
         elif march.outcome in (Outcome.BUDGET, Outcome.LOOK):
             return False
-        if same(self.delays.next(t - 4 * room(t)), t):
+        if self.delays.present and same(self.delays.next(t - 4 * room(t)), t):
             self._come_back(t)
             return True
         if march.outcome is Outcome.LIMIT and t >= stop:

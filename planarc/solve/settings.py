@@ -18,6 +18,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
 from planarc.core.options import FIXED_STEP, MOST_ROWS, Contacts, RunOptions, Solver
 from planarc.core.prose import either, listed, ticked
+from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_cent, turns
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
@@ -90,8 +91,6 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409)."""
     if not (options.values or options.starts):
         return ()
-    from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_cent, turns
-
     known, columns = _parameters(program), _units(program) if options.starts else {}
     found: list[tuple[str, str | None]] = []
     for name, value in options.values.items():
@@ -215,11 +214,8 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
     if not given:
         return {}
     known = _parameters(program)
-    found = {}
-    for name, value in given.items():
-        parameter = _settable(known, program, name)
-        found[parameter.slot] = _of_kind(parameter, value)
-    return found
+    settable = ((_settable(known, program, name), value) for name, value in given.items())
+    return {parameter.slot: _of_kind(parameter, value) for parameter, value in settable}
 
 
 def _start_time(program: Program, start: float) -> dict[int, float]:

@@ -62,12 +62,11 @@ def simulate(
             except KeyboardInterrupt:
                 run.ended = Interrupted("R440", f"interrupted at t = {run.integrator.t:.6g} s")
             result = run.result()
-            found = _with_doubts(
-                replace(result, warnings=(*result.warnings, *_nothing_moves(run))),
-                doubts(program, options),
-            )
-            whole = found.ended is None
-            return found
+            if still := _nothing_moves(run):
+                result = replace(result, warnings=(*result.warnings, *still))
+            result = _with_doubts(result, doubts(program, options))
+            whole = result.ended is None
+            return result
     finally:
         if kept is not None and whole:
             kept.keep(run.integrator)
@@ -77,8 +76,10 @@ def simulate(
 
 def _with_doubts(result: Result, found: tuple[Diagnostic, ...]) -> Result:
     """Values that were hardly meant: told with the error that ended the run, else by themselves."""
+    if not found:
+        return result
     ended = result.ended
-    if found and ended is not None and ended.severity is Severity.ERROR:
+    if ended is not None and ended.severity is Severity.ERROR:
         notes = tuple(Related(d.message) for d in found)
         return replace(result, ended=replace(ended, related=(*notes, *ended.related)))
     return replace(result, warnings=(*result.warnings, *found))
@@ -130,5 +131,6 @@ def _nothing_moves(run: Run) -> tuple[Diagnostic, ...]:
     program, w = run.program, run.kernel.w
     mechanism, accepted = program.mechanism, program.sharing is not None
     lock = None if mechanism is None or accepted else mechanism.locked
-    moves = any(w[program.candidates[i].derivative] for i in run.states.selection)
-    return () if lock is None or moves else (lock,)
+    if lock is None or any(w[program.candidates[i].derivative] for i in run.states.selection):
+        return ()
+    return (lock,)

@@ -34,6 +34,7 @@ def test_the_number_is_that_of_the_closed_form() -> None:
     [
         ("mass.s", 5.0),  # 7 m/s
         ("20", 30.0),  # constant acceleration, 600 m/s
+        ("1000", 30.0),  # 30,000 m/s
         ("time^2", 10.0),  # 333 m/s, and (10/9)^3 times in the last tenth
         ("5000*cos(10*time)", 10.0),
         ("if time < 9.9 then 0 else 1e4", 10.0),  # at once

@@ -10,6 +10,7 @@ exact, however small: there the value counts, and zero is zero.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import cached_property
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
@@ -52,8 +53,12 @@ class Crossings:
         self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
         self._earlier: tuple[float, list[float]] = (0.0, self.largest)  # sizes before an instant
         self._leaps: Collection[int] = ()  # functions that went across poles there
-        self._rounding, self._start = Rounding(program, kernel), 0.0
+        self._start = 0.0
         self._unknowns = unknowns(program)
+
+    @cached_property
+    def _rounding(self) -> Rounding:
+        return Rounding(self.program, self.kernel)
 
     def truths(self) -> list[bool]:
         return [self.kernel.w[r.slot] != 0 for r in self.program.relations]

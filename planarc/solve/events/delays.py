@@ -57,16 +57,15 @@ class Delays:
         self._kernel, self._codes, self._span = kernel, program.delays, span
         self._history = kernel.history
         self._intervals, self._most = list[float | None](), list[float]()
+        self._longest = 0.0
         if self.present:
             read = Reader(program, kernel, start)
             self._intervals = [_interval(d, read) for d in program.delays]
             self._most = [
                 math.inf if d.maximum is None else float(read(d.maximum)) for d in program.delays
             ]
-        self._longest = max(
-            (m if i is None else i for i, m in zip(self._intervals, self._most, strict=True)),
-            default=0.0,
-        )
+            lengths = zip(self._intervals, self._most, strict=True)
+            self._longest = max(m if i is None else i for i, m in lengths)
         #: of each delay: kinks that have not come back yet, with their generation
         self._ahead: list[deque[tuple[float, int]]] = [deque() for _ in program.delays]
         self._last: list[float] = [0.0] * len(program.delays)

@@ -57,11 +57,13 @@ class Schedule:
     truth from then on. `endless` are those that switch more often than a run can follow."""
 
     def __init__(self, program: Program, kernel: Kernel, start: float, stop: float) -> None:
-        read = Reader(program, kernel, start)
-        self.samplers = [
-            Sampler(slot, float(read(first)), float(read(interval)), span)
-            for slot, first, interval, span in program.samplers
-        ]
+        self.samplers: list[Sampler] = []
+        if program.samplers:
+            read = Reader(program, kernel, start)
+            self.samplers += [
+                Sampler(slot, float(read(first)), float(read(interval)), span)
+                for slot, first, interval, span in program.samplers
+            ]
         for sampler in self.samplers:
             if sampler.interval > 0 and sampler.start < start:
                 passed = (start - sampler.start) / sampler.interval

@@ -25,7 +25,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import zip_longest
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
@@ -39,9 +39,11 @@ from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
 
-Integers: TypeAlias = tuple[tuple[str, ...], Taker]
-#: Whether a size is beyond what tells all Integers apart.
-_IS_INEXACT = float(LARGEST_INTEGER).__lt__
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Integers: TypeAlias = "tuple[tuple[str, ...], NDArray[np.intp]]"
 
 
 class Events:
@@ -189,9 +191,15 @@ class Events:
 
     def _refuse_inexact(self, t: float, done: Processed, integers: Integers) -> None:
         """End the run where an Integer is no longer exact."""
-        names, take = integers
-        values = take(self.kernel.w)
-        if done.ended is None and any(map(_IS_INEXACT, map(abs, values))):
+        names, slots = integers
+        if done.ended is not None or not names:
+            return
+        w: Any = self.kernel.w
+        if isinstance(w, list):
+            values = [w[slot] for slot in slots.tolist()]
+        else:
+            values = w.take(slots).tolist()
+        if max(values) > LARGEST_INTEGER or min(values) < -LARGEST_INTEGER:
             from planarc.solve.messages.event import inexact_integer
 
             pairs = zip(names, values, strict=True)
@@ -265,7 +273,7 @@ def _of_touches(program: Program, whens: Whens) -> frozenset[int]:
 
 @once
 def _discrete(program: Program) -> tuple[Taker, Taker, Integers]:
-    """What takes discrete values, their left limits, and those of Integers."""
+    """What takes discrete values and their left limits; and the Integers among them."""
     found = program.discretes
     return taker([d.slot for d in found]), taker([d.pre for d in found]), _integers(found)
 
@@ -276,6 +284,8 @@ def _given_integers(program: Program) -> Integers:
 
 
 def _integers(slots: Iterable[DiscreteSlot | ParameterSlot]) -> Integers:
-    """The names of Integers, and what takes their values."""
+    """The names of Integers, and their slots."""
+    import numpy as np
+
     found = [s for s in slots if s.kind is Kind.INTEGER]
-    return tuple(s.name for s in found), taker([s.slot for s in found])
+    return tuple(s.name for s in found), np.array([s.slot for s in found], np.intp)

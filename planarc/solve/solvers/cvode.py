@@ -414,9 +414,7 @@ class Cvode(Integrator):
         """Since the run began: CVODE's own counters start again at every restart."""
         if not self._session.begun:
             return self._total
-        steps, calls, failures = self._session.statistics()
-        calls += self._session.number("NumLinRhsEvals")
-        own = Counts(steps, calls, self._session.number("NumJacEvals"), failures)
+        own = Counts(*self._session.statistics())
         return own if self._total == _NOTHING else self._total + own
 
     def close(self) -> None:

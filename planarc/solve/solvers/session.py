@@ -23,9 +23,8 @@ class Session:
         self._vectors: list[int] = []
         self._linear = self._matrix = None
         self._raised: BaseException | None = None
-        kinds = [C.c_long] * 4 + [C.c_int] * 2 + [C.c_double] * 4
-        told: list[Any] = [kind() for kind in kinds]
-        self._statistics = told, [C.byref(number) for number in told]
+        self._of_steps = _places([C.c_long] * 4 + [C.c_int] * 2 + [C.c_double] * 4)
+        self._of_systems = _places([C.c_long] * 8)
         self.begun = False
 
     @property
@@ -116,11 +115,14 @@ class Session:
         self.call(f"Get{name}", C.byref(value))
         return value.value
 
-    def statistics(self) -> tuple[int, int, int]:
-        """Steps, right-hand sides but those of differences, and failures of the error test."""
-        told, places = self._statistics
+    def statistics(self) -> tuple[int, int, int, int]:
+        """Steps, right-hand sides, Jacobians, and failures of the error test."""
+        told, places = self._of_steps
         self.call("GetIntegratorStats", *places)
-        return told[0].value, told[1].value, told[3].value
+        solved, places = self._of_systems
+        self.call("GetLinSolveStats", *places)
+        jacobians, differences = solved[0].value, solved[1].value
+        return told[0].value, told[1].value + differences, jacobians, told[3].value
 
     def last_step(self) -> float:
         """The length of the last step, in seconds; 0 before there was one."""
@@ -153,3 +155,9 @@ class Session:
         self._vectors = []
         if self.context.value is not None:
             self.lib.SUNContext_Free(C.byref(self.context))
+
+
+def _places(kinds: Sequence[Any]) -> tuple[list[Any], list[int]]:
+    """Numbers that a function writes, and their addresses."""
+    numbers = [kind() for kind in kinds]
+    return numbers, [C.addressof(number) for number in numbers]

@@ -67,15 +67,12 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVodeGetEstLocalErrors": (_I, (_P, _P)),
     "CVodeGetErrWeights": (_I, (_P, _P)),
     "CVodeGetLastStep": (_I, (_P, C.POINTER(_D))),
-    "CVodeGetIntegratorStats": (
-        _I,
-        (_P, *[_LONGS] * 4, *[C.POINTER(_I)] * 2, *[C.POINTER(_D)] * 4),
-    ),
+    "CVodeGetIntegratorStats": (_I, (_P,) * 11),
+    "CVodeGetLinSolveStats": (_I, (_P,) * 9),
     "CVodeGetNumSteps": (_I, (_P, _LONGS)),
     "CVodeGetNumRhsEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinRhsEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinConvFails": (_I, (_P, _LONGS)),
-    "CVodeGetNumJacEvals": (_I, (_P, _LONGS)),
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }
 

@@ -35,19 +35,20 @@ class _Pair(Data):
 
 def judge_alike(program: Program, kernel: Kernel) -> Diagnostic | None:
     """The note about the first two such rods."""
+    w = kernel.w
 
-    def at(place: _Place) -> list[float]:
-        return [float(sign * kernel.w[slot]) for slot, sign in place]
+    def apart(one: _Place, two: _Place) -> bool:
+        pairs = zip(one, two, strict=True)
+        return any(abs(a * w[i] - b * w[j]) > _CLOSE for (i, a), (j, b) in pairs)
 
     for pair in _pairs(program):
-        begin, one, two = at(pair.begin), *map(at, pair.ends)
-        long = any(abs(a - b) > _CLOSE for a, b in zip(begin, one, strict=True))
-        if not long or any(abs(a - b) > _CLOSE for a, b in zip(one, two, strict=True)):
+        one, two = pair.ends
+        if apart(one, two) or not apart(pair.begin, one):
             continue
         first, second = (own_part(program, name) for name in pair.names)
         if first is None or second is None:
             continue
-        shown = ", ".join(f"{value:.4g}" for value in one)
+        shown = ", ".join(f"{sign * w[slot]:.4g}" for slot, sign in one)
         return Diagnostic(
             "R452",
             f"`{first.name}` and `{second.name}` begin at one frame, and end at one point: "

@@ -114,7 +114,7 @@ def _solve_stages(system: System, u0: Vector, held: Flags, beside: bool = False)
         root = None
         if system.initial_rows.stop - 1 in rows:
             here = system.again(u)
-            if here is not None and not here[rows].any():
+            if here is not None and not any(map(here.tolist().__getitem__, rows)):
                 continue
             root = solve_stage(system, u, rows, _movable(system, u, held))
         if root is None or not root.converged:

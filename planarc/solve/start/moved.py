@@ -42,9 +42,12 @@ def judge_moved(
 ) -> Diagnostic | None:
     """The warning about the guess that moved farthest, where that is absurd; or about a speed that
     was `given` for this run, by the slot of its start value, and is not kept."""
-    found = max(_absurd(program, kernel, held), key=lambda f: f[0], default=None)
+    moved = [guess for guess in held if not guess.held and guess.value != guess.start]
+    if not moved:
+        return None
+    found = max(_absurd(program, kernel, moved), key=lambda f: f[0], default=None)
     if found is None:
-        return _not_kept(program, kernel, held, given) or _on_another_side(program, held)
+        return _not_kept(program, kernel, moved, given) or _on_another_side(program, moved)
     _, guess, candidate, by = found
     return Diagnostic(
         "R442",
@@ -57,14 +60,14 @@ def judge_moved(
 
 
 def _absurd(
-    program: Program, kernel: Kernel, held: Sequence[Held]
+    program: Program, kernel: Kernel, moved: Sequence[Held]
 ) -> Iterator[tuple[float, Held, CandidateSlot, str]]:
     """Guesses that moved absurdly far: by how many times what is plausible, and that in words."""
     coordinates = _coordinates(program)
     longest: float | None = None
-    for guess in held:
+    for guess in moved:
         way = abs(guess.value - guess.start)
-        if guess.held or not way or guess.name not in coordinates:
+        if guess.name not in coordinates:
             continue
         candidate, unit = coordinates[guess.name]
         if unit == "rad" and candidate.start_written and way > 2 * pi * _TURNS:
@@ -78,17 +81,17 @@ def _absurd(
 
 
 def _not_kept(
-    program: Program, kernel: Kernel, held: Sequence[Held], given: Collection[int]
+    program: Program, kernel: Kernel, moved: Sequence[Held], given: Collection[int]
 ) -> Diagnostic | None:
     """The warning about the first such speed. A place that is given may be meant as a guess."""
-    slots: Iterator[CandidateSlot | FixedSlot] = chain(program.candidates, program.fixed)
-    places = {c.display: c for c in slots if c.start in given} if given else {}
-    for guess in held:
-        joint, _, speed = guess.name.rpartition(".")
+    places = _speeds(program)
+    for guess in moved:
         place = places.get(guess.name)
-        kept = isclose(guess.value, guess.start, rel_tol=_KEPT, abs_tol=_KEPT)
-        if place is None or guess.held or kept or speed not in SPEEDS:
+        if place is None or place.start not in given:
             continue
+        if isclose(guess.value, guess.start, rel_tol=_KEPT, abs_tol=_KEPT):
+            continue
+        joint = guess.name.rpartition(".")[0]
         giver = given_of(program, kernel, [joint], SPEEDS).rpartition("which ")[2]
         why = f"{giver} it" if giver else "it follows so from what else is held"
         return Diagnostic(
@@ -102,16 +105,16 @@ def _not_kept(
     return None
 
 
-def _on_another_side(program: Program, held: Sequence[Held]) -> Diagnostic | None:
+def _on_another_side(program: Program, moved: Sequence[Held]) -> Diagnostic | None:
     """The note about the guess that moved farthest, beside its own size. Of redundant joints that
     share what they hold more is told."""
     if program.sharing is not None:
         return None
     coordinates = _coordinates(program)
     far: list[tuple[float, Held, CandidateSlot]] = []
-    for guess in held:
+    for guess in moved:
         candidate, unit = coordinates.get(guess.name, (None, ""))
-        if guess.held or candidate is None or not candidate.start_written:
+        if candidate is None or not candidate.start_written:
             continue
         way = guess.value - guess.start
         if unit == "rad" and guess.name.endswith(".phi"):
@@ -136,6 +139,13 @@ def _on_another_side(program: Program, held: Sequence[Held]) -> Diagnostic | Non
         hint="if that is not meant, look at the directions, lengths and sides by which the parts "
         "are connected; else write what follows",
     )
+
+
+@once
+def _speeds(program: Program) -> dict[str, CandidateSlot | FixedSlot]:
+    """Speeds with a start value by their names."""
+    slots: Iterator[CandidateSlot | FixedSlot] = chain(program.candidates, program.fixed)
+    return {c.display: c for c in slots if c.display.rpartition(".")[2] in SPEEDS}
 
 
 @once

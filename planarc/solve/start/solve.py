@@ -41,7 +41,7 @@ from planarc.solve.start.assembly import assemble
 from planarc.solve.start.held import choose_closed, choose_fixed, choose_held, is_confirmed
 from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.singular import refuse_singular
-from planarc.solve.start.system import System
+from planarc.solve.start.system import System, form_of
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -69,7 +69,7 @@ def solve_start(
     one beside it is taken without looking for others."""
     import numpy as np
 
-    u0 = np.array([float(kernel.w[c.start]) for c in program.candidates])
+    u0 = np.array(form_of(program).starts(kernel.w), float)
     system = System(program, kernel, t, given, rescue=rescue, follow=follow)
     if not system.rows and not any(system.written(f) for f in program.fixed):
         return _finish(system, u0, [True] * len(u0), judge)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec.structs import replace
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Rows (m, m2) below which a mechanism is nearly assembled.
 ASSEMBLED = 1e-4
+#: Choices of given start values of which it is remembered what asks to be held.
+MOST_GIVEN = 64
 #: Rows, and the candidates that they are solved for.
 Stage: TypeAlias = tuple[list[int], list[int]]
 
@@ -58,12 +59,11 @@ class System:
         count = self.initial_rows.stop
         self.fixed_rows = range(count, count + len(self.conditions))
         self.rows = self.fixed_rows.stop
+        #: Rows and candidates of each level, positions first, then of everything.
+        self.stages = _stages(program, form, self.conditions) if self.conditions else form.stages
         #: All that asks to be held: fixed candidates (by number), then all that was written, by
         #: StateSelect and declaration; and the variables among these that are no candidates.
-        self.asking = [
-            item for item, start, said in _ranked(program) if said or start.start in given
-        ]
-        self.asking_besides = [f for f in self.asking if isinstance(f, FixedSlot)]
+        self.asking, self.asking_besides = _asking(program, given)
         self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
@@ -205,35 +205,6 @@ class System:
         """Whether all rows are known before accelerations and forces are."""
         return not (self.initial_rows or asked)
 
-    # Levels
-
-    @cached_property
-    def stages(self) -> Sequence[Stage]:
-        """Rows and candidates of each level, positions first, then of everything."""
-        if self.conditions:
-            return self._stages()
-        form = form_of(self.program)  # most have no conditions
-        if not form.stages:
-            form.stages.extend(self._stages())
-        return form.stages
-
-    def _stages(self) -> list[Stage]:
-        found: list[Stage] = []
-        heights = sorted({b.height for _, b in self.blocks}, reverse=True)
-        for height in heights:
-            rows: list[int] = []
-            columns: list[int] = []
-            for i, block in self.blocks:
-                if block.height == height:
-                    rows.extend(self.block_rows[i])
-                    columns.extend(range(block.first, block.first + len(block.tears)))
-            conditions = zip(self.fixed_rows, self.conditions, strict=True)
-            rows.extend(row for row, f in conditions if f.height == height)
-            found.append((rows, columns))
-        if self.initial_rows or self.fixed_rows or len(heights) > 2:
-            found.append((list(range(self.rows)), list(range(len(self.program.candidates)))))
-        return found
-
 
 class Form(Data):
     """What the systems of a program have in common."""
@@ -242,8 +213,9 @@ class Form(Data):
     block_rows: dict[int, range]
     initial_rows: range
     fixed: tuple[FixedSlot, ...]  # the fixed variables that are no candidates
+    starts: Taker  # of the start values of candidates
     rates: Taker  # of the derivatives of candidates
-    stages: list[Stage]  # without conditions, once they were asked for
+    stages: list[Stage]  # without conditions
 
 
 @once
@@ -255,7 +227,50 @@ def form_of(program: Program) -> Form:
         count += len(block.residuals)
     initial = range(count, count + len(program.initial_residuals))
     fixed = tuple(f for f in program.fixed if f.fixed)
-    return Form(blocks, rows, initial, fixed, taker([c.derivative for c in program.candidates]), [])
+    candidates = program.candidates
+    starts, rates = taker([c.start for c in candidates]), taker([c.derivative for c in candidates])
+    form = Form(blocks, rows, initial, fixed, starts, rates, [])
+    form.stages.extend(_stages(program, form, ()))
+    return form
+
+
+def _stages(program: Program, form: Form, conditions: Sequence[FixedSlot]) -> list[Stage]:
+    """Rows and candidates of each level, positions first, then of everything."""
+    found: list[Stage] = []
+    heights = sorted({b.height for _, b in form.blocks}, reverse=True)
+    for height in heights:
+        rows: list[int] = []
+        columns: list[int] = []
+        for i, block in form.blocks:
+            if block.height == height:
+                rows.extend(form.block_rows[i])
+                columns.extend(range(block.first, block.first + len(block.tears)))
+        numbered = enumerate(conditions, form.initial_rows.stop)
+        rows.extend(row for row, f in numbered if f.height == height)
+        found.append((rows, columns))
+    if form.initial_rows or conditions or len(heights) > 2:
+        every = range(form.initial_rows.stop + len(conditions))
+        found.append((list(every), list(range(len(program.candidates)))))
+    return found
+
+
+def _asking(
+    program: Program, given: frozenset[int]
+) -> tuple[list[int | FixedSlot], list[FixedSlot]]:
+    known = _asked(program)
+    found = known.get(given)
+    if found is None:
+        if len(known) > MOST_GIVEN:
+            known.clear()
+        order = [item for item, start, said in _ranked(program) if said or start.start in given]
+        found = known[given] = order, [f for f in order if isinstance(f, FixedSlot)]
+    return found
+
+
+@once
+def _asked(program: Program) -> dict[frozenset[int], tuple[list[int | FixedSlot], list[FixedSlot]]]:
+    """What asks to be held, for the start values that are given."""
+    return {}
 
 
 @once

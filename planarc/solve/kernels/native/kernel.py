@@ -57,16 +57,16 @@ class NativeKernel(Derived):
         self._engine = engine = _engine(code)
         made = find_layout(program)
         self._place = made.place
-        n = program.state_count
-        self.w = np.zeros(program.size)
-        self._numbers = np.zeros(self._place.numbers, np.int64)
-        self._accepted = np.zeros(self._place.accepted)
-        self._area = np.zeros(self._place.area)
-        self._y, self._ydot = np.zeros(n), np.zeros(n)
-        self._zeros = np.zeros(len(program.relations))
-        self._shifts = np.zeros(len(program.relations))
+        n, relations = program.state_count, len(program.relations)
+        place, initial = self._place, len(program.initial_residuals)
+        lengths = (program.size, place.accepted, place.area, n, n, relations, relations, initial)
+        self._memory = np.zeros(sum(lengths) + place.numbers)  # of all that follows
+        self.w, self._accepted, self._area, *short, numbers = np.split(
+            self._memory, [*accumulate(lengths)]
+        )
+        self._y, self._ydot, self._zeros, self._shifts, self._initial = short
+        self._numbers = numbers.view(np.int64)
         self._discrete_slots = np.array([d.slot for d in program.discretes], np.intp)
-        self._initial = np.zeros(len(program.initial_residuals))
         self._frame = np.zeros(len(Frame), np.uint64)
         for where, array in (
             (Frame.W, self.w),
@@ -83,6 +83,7 @@ class NativeKernel(Derived):
         self._candidate_slots, self._residual_places = made.candidates, made.residuals
         self._asked, self._selections = made.asked, made.selections
         self._made = made
+        self._scratch, self._scratch_address = np.empty(0), 0
         self._bind(engine)
         self._begin_past()
         self._begin_anew()
@@ -102,18 +103,7 @@ class NativeKernel(Derived):
         self.select(made.first)
 
     def renew(self) -> None:
-        for array in (
-            self.w,
-            self._numbers,
-            self._accepted,
-            self._area,
-            self._y,
-            self._ydot,
-            self._zeros,
-            self._shifts,
-            self._initial,
-        ):
-            array.fill(0)
+        self._memory.fill(0)
         self._derivatives.clear()
         if self._program.delays:
             self._begin_past()
@@ -282,8 +272,8 @@ class NativeKernel(Derived):
         wanted: Vector,
     ) -> Vector | None:
         table, m = self._conditions(t, u, columns, slots), len(columns)
-        out, places = np.empty((1 + m) * table.width + m * (m + 7)), np.array(rows, np.int64)
-        if self._call_root(table.address, *map(address, (places, wanted, out)), m):
+        out, places = self._room((1 + m) * table.width + m * (m + 7)), np.array(rows, np.int64)
+        if self._call_root(table.address, address(places), address(wanted), out, m):
             return None
         found: Vector = self.w[self._candidate_slots]
         return found
@@ -293,9 +283,17 @@ class NativeKernel(Derived):
         if n > _LARGEST:
             return None
         table = self._conditions(t, u, tuple(range(n)), slots)
-        out, q = np.empty((1 + n) * table.width), np.empty((n, n))
-        rank = self._call_motions(table.address, address(out), address(q), part)
+        q = np.empty((n, n))
+        out = self._room((1 + n) * table.width)
+        rank = self._call_motions(table.address, out, address(q), part)
         return q[rank:n].T if rank >= 0 else None
+
+    def _room(self, numbers: int) -> int:
+        """The address of room for what a call writes, and nobody reads behind it."""
+        if numbers > len(self._scratch):
+            self._scratch = np.empty(numbers)
+            self._scratch_address = address(self._scratch)
+        return self._scratch_address
 
     def _conditions(
         self, t: float, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
@@ -376,4 +374,4 @@ class NativeKernel(Derived):
 
     def _check_all(self) -> int:
         finite = np.isfinite(self.w.take(self._results))
-        return 0 if np.logical_and.reduce(finite) else -1
+        return 0 if np.count_nonzero(finite) == finite.size else -1
