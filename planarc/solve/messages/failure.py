@@ -9,23 +9,21 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Exhausted
-from planarc.core.prose import listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.places import own_part, owner, point_home
+from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
 from planarc.solve.messages import trouble
 from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.messages.hollows import too_big
+from planarc.solve.messages.jammed import jammed
 from planarc.solve.messages.loops import (
     SPEEDS,
     given_in_loop,
     is_closed,
     joints_of,
-    lengths_in_loop,
     loop_names,
 )
-from planarc.solve.messages.slides import goes_round
 from planarc.solve.solvers.integrator import Cause
 
 
@@ -341,26 +339,10 @@ def _block(
         if speed := given_in_loop(program, kernel, parts, SPEEDS):
             message = f"{place} the loop of {around} cannot be closed any further with {speed}"
             found = replace(found, message=message)
-            lengths = lengths_in_loop(program, kernel, parts)
-            found = _jammed(found, program, lengths, goes_round(program, kernel, parts, lengths))
+            found = jammed(found, program, kernel, parts)
     if hollow:
         found = replace(found, hint=hollow)
     return point_home(program, found, worst[0][1].component if worst else "")
-
-
-def _jammed(
-    found: trouble.Unsolved, program: Program, lengths: Mapping[str, float], turn: tuple[str, str]
-) -> trouble.Unsolved:
-    """The message of a loop that its drive leads to where it cannot be closed, at the shortest of
-    its bars; or at a slide and how to `turn` that."""
-    slide, otherwise = turn
-    shortest = slide or min(lengths, key=lambda name: lengths[name], default="")
-    told = listed(f"`{name}` over {length:.4g} m" for name, length in lengths.items())
-    part = own_part(program, shortest)
-    hint = "it is jammed here, as its parts do not reach where this leads"
-    hint += f", {told}" if told else ""
-    hint += f": {f'{otherwise}; or ' if slide else ''}end the run before, or change lengths"
-    return replace(found, span=part.span if part else found.span, hint=hint)
 
 
 def unsolved_block(program: Program, block: int) -> str:
