@@ -10,7 +10,7 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
 from planarc.ir.program import Let, ParameterSlot, Program
+from planarc.solve.deciding import deciding, given_by
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -258,7 +259,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
             raise _usage(
                 "R404",
                 f"`{name}` is a variable, not a parameter",
-                _given_by(program, name) or f"set its start value with `{name}.start`",
+                given_by(program, name) or f"set its start value with `{name}.start`",
             )
         entries = [n for n in known if n.startswith(f"{name}[")]
         if entries:
@@ -271,7 +272,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
             raise _usage(
                 "R404",
                 f"`{name}` is a vector of variables, and no parameter",
-                _given_by(program, name)
+                given_by(program, name)
                 or f"set start values of its entries, as with `{name}[1].start`",
             )
         raise _unknown("R404", "parameter", name, (n for n, p in known.items() if not p.final))
@@ -355,37 +356,6 @@ def _units(program: Program) -> dict[str, str]:
     return {c.name: c.unit for c in program.columns}
 
 
-def _given_by(program: Program, name: str) -> str | None:
-    """What to set where a parameter has the name of a variable, or of one that is the same, and an
-    addition to it; e.g. `w_fixed` of a motor, for the speed of its hinge."""
-    slot = next((c.slot for c in program.columns if c.name == name), None)
-    same = [c.name for c in program.columns if c.slot == slot]
-    known = [p.name for p in program.parameter_slots if p.settable]
-    given = next((p for p in known if any(p.startswith(f"{n}_") for n in (*same, name))), None)
-    if given is not None and given.endswith("]"):
-        return f"did you mean the parameter `{given.partition('[')[0]}`?"
-    return None if given is None else f"set `{given}`, which gives it"
-
-
-def _deciding(program: Program, name: str) -> Sequence[str]:
-    """The candidates that may decide a variable: of the joints that hold its part, nearest to the
-    ground first, those of its unit; else the nearest names."""
-    from planarc.ir.mechanism import GROUND
-    from planarc.ir.places import owner
-
-    units = _units(program)
-    mechanism = program.mechanism
-    holding = set(mechanism.joints_at({owner(name)}) if mechanism else ())
-    links = {j.name: j.links for j in mechanism.joints} if mechanism else {}
-    near = [c.display for c in program.candidates if owner(c.display) in holding]
-    near = [n for n in near if units.get(n) == units.get(name)]
-    if near:
-        return sorted(near, key=lambda n: GROUND not in links[owner(n)])[:2]
-    from planarc.core.nearest import nearest
-
-    return nearest(name, [c.display for c in program.candidates], cutoff=0.0)
-
-
 def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
     """Start values by the slot that holds them; a variable's alias carries its sign."""
     if not given:
@@ -397,11 +367,11 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
             raise _unknown("R406", "variable", name, columns)
         slot, sign = columns[name]
         if slot not in slots:
-            near = _deciding(program, name)
+            near = deciding(program, name)
             raise _usage(
                 "R400",
                 f"`{name}` follows from other variables: its start value has no effect",
-                _given_by(program, name)
+                given_by(program, name)
                 or (f"set the start value of {either(near)}" if near else None),
             )
         result[slots[slot]] = sign * _finite(f"{name}.start", value)
