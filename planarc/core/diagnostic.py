@@ -94,6 +94,11 @@ class Locked(Diagnostic):
     """Parts that are held where they are."""
 
 
+class RigidLoop(Locked):
+    """The same, by a loop of three joints, of which a motion is asked: lengths are not the reason
+    why it does not start."""
+
+
 class Bound(Locked):
     """The same, by equations that may depend on others: then they hold nothing."""
 

@@ -21,7 +21,7 @@ from itertools import combinations
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, Severity
+from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, RigidLoop, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
@@ -271,7 +271,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     if pair:
         hint = f"{both(pair)} join the same two parts, which holds these together: leave one of "
         hint += "the two out, or put a joint between parts that are connected without one"
-    return Locked(
+    return (RigidLoop if rigid and not (standing or pair or welds) else Locked)(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
         place(dae, _part((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import be, both, shortened
 from planarc.insight.attachment import is_open, open_apart, place
-from planarc.insight.connectors import find_connectors, find_frames, owner
+from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
@@ -57,6 +57,10 @@ def left_open(
     related: tuple[Related, ...] = ()
     if len(ends) == 1 and "open too" not in joined:
         hint, related = _instead(dae, ends[0], hint)
+    if f"{first}.fixAngle" in {p.name for p in dae.parameters} and all(
+        n.endswith(".phi") for n in undetermined
+    ):
+        hint = f"a point has no angle of its own: set `fixAngle=true` in `{first}`"
     return Diagnostic(
         "S303",
         f"{shown} {be(len(ends))} connected to nothing, {effect}",
@@ -86,6 +90,24 @@ def bare_joints(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             hint=hint,
             related=related,
         )
+
+
+def bare_contacts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
+    """The warnings about contacts of which one frame is open: what is there has no mass, and its
+    motion is open where the contact does not hold it."""
+    contacts = {p.name for p in dae.parts if ".Contacts." in p.class_name}
+    frames = find_frames(v.name for v in dae.variables) if contacts else ()
+    connected = {f for names in dae.connections for f in names if not is_open(f, names)}
+    for name, ends in grouped((f for f in frames if owner(f) in contacts), owner).items():
+        free = [f for f in ends if f not in connected]
+        if len(ends) == 2 and len(free) == 1:
+            yield Diagnostic(
+                "S323",
+                f"`{free[0]}` is connected to nothing, so that `{name}` has nothing to touch",
+                place(dae, name),
+                Severity.WARNING,
+                hint=f"connect `{free[0]}` to what `{name}` is to touch, such as the ground",
+            )
 
 
 def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:

@@ -4,10 +4,10 @@ In:   Dae
 Out:  warnings S326, at the user's part
 
 Two slips are told for certain enough. The centre of mass lies on the bar's line, but far beyond its
-end, and the inertia is that of a small thing there: a decimal point is at the wrong place. Or the
-inertia that is written is m*L^2/3 to the last digit, with the centre of mass half-way: that of a
-rod about its end, where the one about its centre of mass is asked for. A round number is so by
-chance.
+end, and the inertia is that of a small thing there, or of a rod of the bar's length: a decimal is
+at the wrong place, or the centre is seen from elsewhere. Or the inertia that is written is
+m*L^2/3 to the last digit, with the centre of mass half-way: that of a rod about its end, where the
+one about its centre of mass is asked for. A round number is so by chance.
 
 Example: `BodyShape(r={0.028, 0}, r_CM={0.14, 0})`, where 0.014 was meant.
 """
@@ -27,6 +27,8 @@ _NUMBERS = ("r[1]", "r[2]", "r_CM[1]", "r_CM[2]", "m", "I")
 #: The centre of mass is beyond the end by this number of lengths, at least; and the inertia is at
 #: most this part of the mass times the square of its distance.
 _BEYOND, _SMALL = 3.0, 0.02
+#: The same of a bar whose inertia is that of a rod, to this part of it.
+_OFF, _ROD = 1.2, 0.1
 #: The sine of an angle that is none.
 _STRAIGHT = 1e-6
 _ROD_ABOUT_END, _ROD_ABOUT_CENTRE = 3.0, 12.0
@@ -60,14 +62,16 @@ def _far_centre(
 ) -> tuple[str, str] | None:
     """The sentence about a bar whose centre of mass is far beyond its end, and what to do."""
     length, distance = hypot(*r), hypot(*centre)
-    if not _lies_along(r, centre) or distance <= _BEYOND * length:
-        return None
-    if inertia >= _SMALL * m * distance**2:
+    about_centre = m * length**2 / _ROD_ABOUT_CENTRE
+    far = distance > _BEYOND * length and inertia < _SMALL * m * distance**2
+    of_rod = distance > _OFF * length and isclose(inertia, about_centre, rel_tol=_ROD)
+    if not (_lies_along(r, centre) and m > 0 and (far or of_rod)):
         return None
     return (
         f"the centre of mass of `{name}` is {distance:.3g} m along its line, "
         f"{distance / length:.3g} times as far as its other end",
-        f"look at `{name}.r_CM`; where none is given it is half-way, at {length / 2:.3g} m",
+        f"look at `{name}.r_CM`, which is seen from `frame_a`; where none is given it is half-way, "
+        f"at {length / 2:.3g} m",
     )
 
 

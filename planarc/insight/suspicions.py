@@ -4,12 +4,13 @@ In:   Dae, Mechanism (None where there are no frames), the warning about parts t
 Out:  warnings, in the order in which they are told
 
     attachment    parts that float, and frames that are not connected
-    open_ends     joints and rods that carry nothing
+    open_ends     joints, rods and contacts with an end that is open
     massless      drives with nothing to move
     copied        connections that were copied, of which not all was changed
     slipping      driven wheels without friction
     doubled       contacts that are twice there
     hung          loads on the ground, or on an axis
+    unguided      followers that a contact alone holds
     unsprung      bodies on which nothing acts
     idle          springs, dampers and drives within one part
     signals       degrees for radian
@@ -33,11 +34,12 @@ from planarc.insight.doubled import doubled_contacts
 from planarc.insight.hung import loads_on_axes, loads_on_ground
 from planarc.insight.idle import idle_between_flanges
 from planarc.insight.massless import idle_drives, stopped_alone
-from planarc.insight.open_ends import bare_joints, bare_rods
+from planarc.insight.open_ends import bare_contacts, bare_joints, bare_rods
 from planarc.insight.proportions import odd_proportions
 from planarc.insight.repelling import repelling_laws
 from planarc.insight.signals import find_misread
 from planarc.insight.slipping import slipping_wheels
+from planarc.insight.unguided import unguided_followers
 from planarc.insight.unsprung import unsprung_bodies
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import Mechanism
@@ -54,12 +56,16 @@ def find_suspicions(
         return told
     found = attachment_warnings(dae, mechanism)
     loose = any(isinstance(d, Loose) for d in found)  # what they are to hang on is no load
-    drives = () if loose else _first(dae, mechanism, bare_joints, idle_drives, stopped_alone)
+    drives = (
+        ()
+        if loose
+        else _first(dae, mechanism, bare_contacts, bare_joints, idle_drives, stopped_alone)
+    )
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
     doubts = doubts or tuple(doubled_contacts(dae))
     if held is None:
         doubts = doubts or _first(dae, mechanism, bare_rods, loads_on_ground, loads_on_axes)
-    doubts = doubts or _first(dae, mechanism, unsprung_bodies)
+    doubts = doubts or _first(dae, mechanism, unguided_followers, unsprung_bodies)
     if not (found or drives or doubts or told):
         doubts = tuple(independent_mechanisms(dae, mechanism))
     return (*found, *drives, *doubts, *told)

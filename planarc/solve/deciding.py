@@ -41,3 +41,12 @@ def deciding(program: Program, name: str) -> Sequence[str]:
     from planarc.core.nearest import nearest
 
     return nearest(name, [c.display for c in program.candidates], cutoff=0.0)
+
+
+def start_meant(program: Program, name: str) -> str | None:
+    """The question after a start value that is asked for by another name: `phi_start`, `phi0`."""
+    for ending in ("_start", "_0", "0", "Start", "start"):
+        variable = name.removesuffix(ending)
+        if variable != name and any(c.name == variable for c in program.columns):
+            return f"did you mean `{variable}.start`?"
+    return None

@@ -23,7 +23,7 @@ from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
 from planarc.ir.program import Let, ParameterSlot, Program
-from planarc.solve.deciding import deciding, given_by
+from planarc.solve.deciding import deciding, given_by, start_meant
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -275,6 +275,8 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
                 given_by(program, name)
                 or f"set start values of its entries, as with `{name}[1].start`",
             )
+        if (meant := start_meant(program, name)) is not None:
+            raise _usage("R404", f"there is no parameter `{name}` in the model", meant)
         raise _unknown("R404", "parameter", name, (n for n, p in known.items() if not p.final))
     if parameter.structural:
         raise _usage(

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, Severity
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, RigidLoop, Severity
 from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -111,7 +111,8 @@ def with_reason(
     if lock is None or not isinstance(problem, NotAssembled):
         return problem
     first, *others = problem.diagnostics
-    if lock in (doubt, program.locked) or first.code == "R411":  # nothing is wrong with the start
+    rigid = isinstance(lock, RigidLoop) and not lock.related
+    if lock in (doubt, program.locked) or first.code == "R411" or rigid:  # the start is not wrong
         notes: tuple[Related, ...] = (Related(first.message, first.span),)
         notes = () if first.span == lock.span else notes
         found = replace(lock, code=first.code, severity=first.severity, related=notes)

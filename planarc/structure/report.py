@@ -343,7 +343,7 @@ def _under(
     )
     if (twice := _said_twice(dae, redundant, names)) is not None:
         return twice
-    ungrounded = find_ungrounded(dae, names) if redundant else None
+    ungrounded = find_ungrounded(dae, names) if redundant and not _points(dae, names) else None
     if ungrounded is not None:
         return ungrounded
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
@@ -385,17 +385,26 @@ def _repeated(names: Sequence[str], redundant: Sequence[Equation]) -> Diagnostic
     )
 
 
-def _hint(dae: Dae, names: Sequence[str]) -> str:
-    """The cause in a planar mechanism that leaves such an unknown open."""
-    parameters = {p.name for p in dae.parameters}
+def _at_angles(dae: Dae, names: Sequence[str]) -> list[str]:
+    """The frames whose angles are open, and the components at them."""
     frames = {n.removesuffix(".phi") for n in names if n.endswith(".phi")}
     joined = (ends for ends in dae.connections if not frames.isdisjoint(ends))
     owners = [*sorted(frames), *(n.rpartition(".")[0] for ends in joined for n in ends)]
-    owners += [n.rpartition(".")[0] for n in sorted(frames)]
-    points = [o for o in owners if f"{o}.fixAngle" in parameters]
+    return [*owners, *(n.rpartition(".")[0] for n in sorted(frames))]
+
+
+def _points(dae: Dae, names: Sequence[str]) -> list[str]:
+    """The point masses at frames whose angles are open."""
+    parameters = {p.name for p in dae.parameters}
+    return [o for o in _at_angles(dae, names) if f"{o}.fixAngle" in parameters]
+
+
+def _hint(dae: Dae, names: Sequence[str]) -> str:
+    """The cause in a planar mechanism that leaves such an unknown open."""
+    points = _points(dae, names)
     if points:
         return f"set `fixAngle=true` in `{points[0]}`, or connect it to a part that turns with it"
-    if owners:
+    if _at_angles(dae, names):
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"
 

@@ -20,6 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from planarc.core.diagnostic import PlanarcError, Severity, Unconnected
 from planarc.core.mend import Meant
 from planarc.core.nearest import nearest
+from planarc.core.prose import listed, ticked
 from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
@@ -279,10 +280,32 @@ def _check_experiment(root: Instance, session: Session) -> None:
             session.warn("F226", message, argument.span, Meant(name, ("experiment",)))
     for argument in _modifications(inside(find_argument(arguments, "experiment"))):
         name = argument.name[0]
-        near = [] if name in SETTINGS else nearest(name, SETTINGS, 1, _NEAR)
-        if near:
-            message = f"an experiment has no `{name}`"
-            session.warn("F226", message, argument.span, Meant(name, tuple(near)))
+        if name in SETTINGS or name.startswith("__"):
+            continue
+        near = nearest(name, SETTINGS, 1, _NEAR)
+        meant = Meant(name, tuple(near)) if near else _setting_of(name)
+        session.warn("F226", f"an experiment has no `{name}`", argument.span, meant)
+
+
+#: Words in names of other tools for settings of an experiment, before the names that they mean.
+_OF_OTHERS = (
+    ("interval", "Interval"),
+    ("step", "Interval"),
+    ("tol", "Tolerance"),
+    ("begin", "StartTime"),
+    ("start", "StartTime"),
+    ("end", "StopTime"),
+    ("stop", "StopTime"),
+    ("final", "StopTime"),
+    ("duration", "StopTime"),
+)
+
+
+def _setting_of(name: str) -> str:
+    meant = next((setting for word, setting in _OF_OTHERS if word in name.lower()), None)
+    if meant == "Interval" and "number" in name.lower():
+        return "write `Interval=...`, the time between two rows in s"
+    return f"write `{meant}=...`" if meant else f"its settings are {listed(ticked(SETTINGS))}"
 
 
 def _modifications(arguments: tuple[syntax.Argument, ...]) -> Iterable[syntax.ElementModification]:

@@ -7,6 +7,7 @@ Out:  a hint, or None
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
@@ -23,6 +24,8 @@ Sides: TypeAlias = "tuple[flat.Expression | str | None, flat.Expression | str | 
 #: Difference of the logarithms of two scales that are one.
 SAME_SCALE = 1e-9
 
+#: How torques are called.
+_TORQUE = re.compile(r"(^|[._])(tau|torque|t)(\[\d+\])?$")
 #: How a joint's coordinate and its derivatives are called: those of a hinge, and of a slide.
 _MOTIONS = ("phi", "w", "a", "s", "v")
 
@@ -33,6 +36,10 @@ def what_is_meant(
     """The hint about one of two sides whose units differ by more than a scale."""
     both = [(differ, sides[0]), (differ[::-1], sides[1])]
     lacking = [(a, b, e) for (a, b), e in both if e is not None and not isinstance(e, str)]
+    named = (e.name for e in sides if isinstance(e, flat.Reference))
+    short = any(unit.divide(b, a)[:-1] == unit.parse("m") for a, b, _ in lacking)
+    if short and any(map(_TORQUE.search, named)):
+        return "a lever arm may be missing: a torque is a force times a length"
     for find in (_sibling, _square):
         for own, other, e in lacking:
             if hint := find(units, e, unit.divide(other, own)):

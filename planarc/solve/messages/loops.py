@@ -176,6 +176,7 @@ def too_far_apart(
         return "", ""
     verb, what = ("are", "apart") if " and " in longest else ("is", "long")
     along = [f"the way from {o.replace(' and ', ' to ')}" if " and " in o else o for o in others]
+    along = [f"{a} ({lengths[o]:.4g} m)" for a, o in zip(along, others, strict=True)]
     told = f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
     return told, longest.strip("`")
 
