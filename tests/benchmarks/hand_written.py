@@ -107,7 +107,7 @@ def text(get_array: int) -> str:
     accept = Code("pc_accept", FLAG, [(POINTER, "context"), (REAL, "t")])
     accept.give(0)
     arguments = [(POINTER, "frame"), (POINTER, "blocks"), (INT, "count"), (POINTER, "scales")]
-    look = Code("pc_look", REAL, arguments)
+    look = Code("pc_watch", REAL, arguments)
     look.give(0.0, REAL)
     pure = "nounwind willreturn memory(none)"
     names = f"declare double @sin(double) {pure}\ndeclare double @cos(double) {pure}\n"
