@@ -12,8 +12,8 @@ Out:  warnings and notes, in the order in which they are told
     limited     controllers that are at their limit
     pulling     contacts that pull, and tell it to the model alone
     untouched   contacts that do not come near
-    sparse      rows that do not show a motion, where nothing else is told
-    still       nothing moves, likewise
+    sparse      rows that do not show a motion
+    still       nothing moves, where nothing else is told
 """
 
 from __future__ import annotations
@@ -64,8 +64,7 @@ def judge(result: Result, tolerance: float) -> list[Diagnostic]:
     found += [] if grown is None else [grown]
     for verdict in behind:
         found += verdict(result)
-    if not found:
-        found += judge_sparse(result)
+    found += judge_sparse(result)
     if not found:
         found += judge_still(result)
     return found
