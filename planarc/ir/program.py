@@ -56,17 +56,16 @@ class Tangent(Data):
 
 
 class Direct(Data):
-    """A linear block as a sparse system that is eliminated in a fixed order (`planarc.ir.sparse`).
+    """The tears of a linear block from an elimination in a fixed order, done before it.
 
-    What comes out counts when every residual is within rounding of its size
-    (`planarc.ir.newton.FITS`); else the block is solved with pivoting.
+    They count when, after the inner unknowns, every residual is within rounding of its
+    size (`planarc.ir.newton.FITS`); `check` computes both.
     """
 
-    unknowns: tuple[Expr, ...]  # the tears, then the inner ones that residuals depend on
-    values: tuple[Expr, ...]  # what has a slot, and numbers
-    rows: tuple[int, ...]
-    operations: tuple[tuple[int, ...], ...]
-    tears: tuple[int, ...]
+    tears: tuple[Expr, ...]
+    check: tuple[Let, ...]
+    residuals: tuple[Expr, ...]
+    sizes: tuple[Expr, ...]
 
 
 class BlockCode(Data):
@@ -79,10 +78,10 @@ class BlockCode(Data):
 
     The first `inner` statements of `body` give every unknown of the block; the others
     only the residuals. A `linear` block has no others: its residuals where all tears
-    are zero, and its constant Jacobian, are known before it. A large block
+    are zero, and its constant Jacobian, are known before it; where it has a `direct`
+    solution, `jacobian_body` computes them when that one does not count. A large block
     has no `jacobian` but a `tangent`: run `jacobian_body` once, then the tangent for
-    each column j with seed j = 1, all other seeds 0. One with a `direct` solution has
-    neither, and its residuals are formulas of its unknowns.
+    each column j with seed j = 1, all other seeds 0.
 
     `modal`: its matrix depends on discrete values, so that it may be singular in some
     modes (`planarc.ir.newton`).

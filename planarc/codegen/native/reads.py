@@ -24,7 +24,7 @@ def reads_of(program: Program, shapes: Shapes) -> Counter[Expr]:
     for code in program.blocks:
         values += taken_values(code)
         if code.direct is not None:
-            values += code.direct.values
+            values += [*code.direct.tears, *code.direct.residuals, *code.direct.sizes]
     return counted(values, shapes)
 
 
