@@ -18,6 +18,7 @@ from itertools import pairwise
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import listed
+from planarc.insight.connectors import owner, top
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.expr import symbols
@@ -31,9 +32,12 @@ _SHOWN = 3
 
 
 def independent_mechanisms(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
-    heavy = {_top(c) for c in find_moving(dae)}
-    groups = [tops for tops in _by_joints(mechanism) if not heavy.isdisjoint(tops)]
+    groups = [*_by_joints(mechanism)]
     if len(groups) < 2 or any(not when.component for when in dae.whens):
+        return
+    heavy = {top(c) for c in find_moving(dae)}
+    groups = [tops for tops in groups if not heavy.isdisjoint(tops)]
+    if len(groups) < 2:
         return
     joined = _by_equations(dae, mechanism)
     machines: dict[str, dict[str, None]] = {}
@@ -72,7 +76,7 @@ def _by_joints(mechanism: Mechanism) -> Iterator[list[str]]:
     for group in groups.values():
         if not held.isdisjoint(group):
             frames = (f for i in group for f in mechanism.links[i].frames)
-            yield list(dict.fromkeys(map(_top, frames)))
+            yield list(dict.fromkeys(map(top, frames)))
 
 
 def _by_equations(dae: Dae, mechanism: Mechanism) -> DisjointSets[str]:
@@ -84,11 +88,11 @@ def _by_equations(dae: Dae, mechanism: Mechanism) -> DisjointSets[str]:
     joined: DisjointSets[str] = DisjointSets()
     for q in (*dae.equations, *dae.discrete_equations):
         names = {e.name for e in symbols(q.left, q.right)} & unknowns
-        if any(_frame(n) in ground for n in names):
+        if any(owner(n) in ground for n in names):
             continue
-        tops = [t for t in dict.fromkeys(map(_top, names)) if t not in around]
-        for top in tops:
-            joined.join(tops[0], top)
+        tops = [t for t in dict.fromkeys(map(top, names)) if t not in around]
+        for other in tops:
+            joined.join(tops[0], other)
     return joined
 
 
@@ -96,12 +100,3 @@ def _are_alike(first: Sequence[Part], second: Sequence[Part]) -> bool:
     """Whether most classes of the smaller group are in the other one."""
     one, other = (Counter(p.class_name for p in of) for of in (first, second))
     return (one & other).total() >= _ALIKE * min(one.total(), other.total())
-
-
-def _top(name: str) -> str:
-    return name.partition(".")[0]
-
-
-def _frame(name: str) -> str:
-    """The frame of one of its variables: `a.frame_b` of `a.frame_b.r[1]`."""
-    return name.rpartition(".")[0]

@@ -25,7 +25,7 @@ from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, RigidLoo
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
-from planarc.insight.connectors import find_frames, find_pins, grouped, owner
+from planarc.insight.connectors import find_frames, find_pins, grouped, owner, top
 from planarc.insight.facts import count_text
 from planarc.insight.idle import carries_nothing, find_elements, idle_parts, spare_ground
 from planarc.insight.sensors import find_sensors
@@ -92,7 +92,7 @@ def find_floating(dae: Dae, mechanism: Mechanism) -> tuple[Group, ...]:
     # Frames inside of one component of the model belong together, connected or not.
     sensors = find_sensors(dae, frames)
     carrying = [f for f in frames if owner(f) not in sensors]
-    inside = (*grouped(carrying, owner).values(), *grouped(carrying, _part).values())
+    inside = (*grouped(carrying, owner).values(), *grouped(carrying, top).values())
     for together in (*inside, *connections, held):
         for other in together[1:]:
             sets.join(together[0], other)
@@ -147,11 +147,6 @@ def _on_ground(mechanism: Mechanism) -> Iterator[str]:
             yield from joint.frames
 
 
-def _part(name: str) -> str:
-    """The component of the model itself."""
-    return name.partition(".")[0]
-
-
 def _is_flown(dae: Dae, mechanism: Mechanism, group: Group) -> bool:
     """True where start values are written for what flies or held, or its coordinates are to be
     states; those of a joint say how it begins, and not where."""
@@ -165,16 +160,16 @@ def _is_flown(dae: Dae, mechanism: Mechanism, group: Group) -> bool:
 
 
 def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
-    if len({_part(c) for c in group.components}) > 1:
+    if len({top(c) for c in group.components}) > 1:
         return _unheld(dae, mechanism, group, set(group.components), Severity.WARNING)
-    name = _part(group.components[0])
+    name = top(group.components[0])
     held = f"nothing is connected to `{name}`"
     if group.sensors:
         held = hang([name], group)
     return Diagnostic(
         "S320",
         f"{held}: it falls freely beside the mechanism",
-        place(dae, _part(group.sensors[0]) if group.instead else name),
+        place(dae, top(group.sensors[0]) if group.instead else name),
         Severity.WARNING,
         hint=f"{replacing(group) or 'connect it'}; if it is meant to fly freely, write "
         "start values for it",
@@ -183,7 +178,7 @@ def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
 
 def hang(names: Sequence[str], group: Group) -> str:
     """The sentence about parts that hang on sensors alone."""
-    sensors = list(dict.fromkeys(map(_part, group.sensors)))
+    sensors = list(dict.fromkeys(map(top, group.sensors)))
     hold = "are sensors and hold" if len(sensors) > 1 else "is a sensor and holds"
     return (
         f"{shortened([f'`{n}`' for n in names], _SHOWN)} {'hang' if len(names) > 1 else 'hangs'} "
@@ -196,7 +191,7 @@ def replacing(group: Group) -> str:
     if not group.instead:
         return ""
     near, far, sensor = group.instead
-    return f"connect `{near}` to `{far}`, and `{_part(sensor)}` beside them"
+    return f"connect `{near}` to `{far}`, and `{top(sensor)}` beside them"
 
 
 def _unheld(
@@ -206,7 +201,7 @@ def _unheld(
     open_ones = [f for f in group.open if f.count(".") == 1] or list(group.open)
     ends = [f for f in open_ones if owner(f) in known] or open_ones
     components = [c for c in group.components if c]  # connectors of the model are in none
-    names = tuple(dict.fromkeys(map(_part, components)))
+    names = tuple(dict.fromkeys(map(top, components)))
     parts = shortened([f"`{n}`" for n in names], _SHOWN)
     message = f"nothing joins {parts} to the ground"
     hinged = {j.name for j in mechanism.joints}.intersection(map(owner, ends))
@@ -215,7 +210,7 @@ def _unheld(
         to = f"`{ends[0]}`" if ends else "one of them" if len(names) > 1 else parts
         hint = f"connect `{beside[0]}` to {to}"
         message += f", and `{beside[0]}` is connected to nothing"
-        return Loose("S321", message, place(dae, _part(beside[0])), severity, hint=hint)
+        return Loose("S321", message, place(dae, top(beside[0])), severity, hint=hint)
     if ends:
         shown = shortened([f"`{f}`" for f in ends], _SHOWN)
         message += f": {shown} {be(len(ends))} connected to nothing"
@@ -225,7 +220,7 @@ def _unheld(
         hint += "; if all are meant to fly freely, write start values for one of the bodies"
     if group.instead:
         first, message, hint = group.sensors[0], hang(names, group), replacing(group)
-    span = place(dae, _part(first))
+    span = place(dae, top(first))
     return Loose("S321", message, span, severity, hint=hint, open=group.open)
 
 
@@ -245,7 +240,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         return None
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
-    couplings = [_part(j.name) for j in mechanism.joints if j.conditions == 1]
+    couplings = [top(j.name) for j in mechanism.joints if j.conditions == 1]
     if 1 < len(couplings) <= _SHOWN and not any(link.free == 2 for link in mechanism.links):
         hint = f"leave out one of {listed(f'`{name}`' for name in couplings)}, each of which takes "
         hint += "one motion away, unless a structure is meant"
@@ -254,7 +249,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
         hint += "rigid: put a fourth joint between two of its parts, unless a structure is meant"
     if welds:
-        wheels = [a for pair in welds for a in pair if _part(a) in _rolling(dae)]
+        wheels = [a for pair in welds for a in pair if top(a) in _rolling(dae)]
         pairs = "them" if len(welds) == 1 else "each pair" if len(wheels) > 1 else "one pair"
         hint = f"put a joint between {pairs}, "
         if rigid:
@@ -274,7 +269,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     return (RigidLoop if rigid and not (standing or pair or welds) else Locked)(
         "S322",
         f"nothing can move: {count_text(mechanism)}",
-        place(dae, _part((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),
+        place(dae, top((*pair[1:], *(w[0] for w in welds), mechanism.joints[-1].name)[0])),
         Severity.NOTE if standing else Severity.WARNING,
         hint=hint,
         related=(
@@ -290,7 +285,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
 def _connected_at(dae: Dae, one: str, two: str) -> Span | None:
     """Where the user connects two frames, else where the second one's part is declared."""
     here = (c.span for c in dae.connects if {c.left, c.right} == {one, two})
-    return next((s for s in here if is_own(dae, s)), place(dae, _part(two)))
+    return next((s for s in here if is_own(dae, s)), place(dae, top(two)))
 
 
 def _rolling(dae: Dae) -> set[str]:
@@ -300,12 +295,12 @@ def _rolling(dae: Dae) -> set[str]:
 
 def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[Related]:
     """The connections by which two parts with mass are one link of a loop of three joints."""
-    near = {i for j in mechanism.joints if _part(j.name) in loop for i in j.links} - {GROUND}
+    near = {i for j in mechanism.joints if top(j.name) in loop for i in j.links} - {GROUND}
     frames = {f for i in near for f in mechanism.links[i].frames}
     heavy = find_moving(dae) - {*find_elements(dae), *(j.name for j in mechanism.joints)}
     for connect in dae.connects:
         ends = connect.left, connect.right
-        masses = [any(_part(m) == owner(n) for m in heavy) for n in ends]
+        masses = [any(top(m) == owner(n) for m in heavy) for n in ends]
         if is_own(dae, connect.span) and all(masses) and frames.issuperset(ends):
             message = f"{both(map(owner, ends))} are fastened to each other here"
             yield Related(message, connect.span)
@@ -325,7 +320,7 @@ def _pair(mechanism: Mechanism) -> tuple[str, ...]:
         links = frozenset(joint.links)
         if joint.conditions == 2 and len(links) == 2 and GROUND not in links:
             if links in seen:
-                return _part(seen[links]), _part(joint.name)
+                return top(seen[links]), top(joint.name)
             seen[links] = joint.name
     return ()
 
@@ -334,11 +329,11 @@ def _rigid_loop(dae: Dae, mechanism: Mechanism) -> tuple[str, ...]:
     """Three joints that close a loop, if there are such. A wheel may roll along a slide."""
     rolling = _rolling(dae)
     plain = [j for j in mechanism.joints if j.conditions == 2 and len(j.links) == 2]
-    plain = [j for j in plain if _part(j.name) not in rolling]
+    plain = [j for j in plain if top(j.name) not in rolling]
     for three in combinations(plain, 3):
         ends = [link for joint in three for link in joint.links]
         if len({*ends}) == 3 and all(ends.count(link) == 2 for link in ends):
-            return tuple(_part(joint.name) for joint in three)
+            return tuple(top(joint.name) for joint in three)
     return ()
 
 
@@ -351,7 +346,7 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
             link_of[frame] = number
             ends[owner(frame)] = ends.get(owner(frame), 0) + 1
     joints = {joint.name for joint in mechanism.joints}
-    rolling = {_part(name) for name in joints if "." in name}  # as a wheel, which has one frame
+    rolling = {top(name) for name in joints if "." in name}  # as a wheel, which has one frame
     found = []
     for names in dae.connections:
         if any(owner(n) in joints and n.count(".") == 1 for n in names):
@@ -362,7 +357,7 @@ def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:
             if n in link_of and (ends[owner(n)] > 1 or n.partition(".")[0] in rolling)
         ]
         rigid.sort(key=lambda n: -n.count("."))  # as the user connected them, last
-        tops = {_part(n): n for n in rigid if owner(n) not in joints}
+        tops = {top(n): n for n in rigid if owner(n) not in joints}
         if len(tops) > 1:
             first, second = list(tops.values())[:2]
             found.append((first, second))

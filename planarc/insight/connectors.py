@@ -33,6 +33,11 @@ def owner(name: str) -> str:
     return name.rpartition(".")[0]
 
 
+def top(name: str) -> str:
+    """The component of the model itself that a name stands in, or is."""
+    return name.partition(".")[0]
+
+
 def find_frames(names: Iterable[str]) -> tuple[str, ...]:
     """The connectors with position, angle, force and torque, in their order."""
     known = dict.fromkeys(names)

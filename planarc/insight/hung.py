@@ -21,7 +21,6 @@ from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.evaluate.declared import DeclaredValues
 from planarc.insight.connectors import find_frames, find_pins, owner
 from planarc.insight.massless import loaded_links
-from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import declared_part, is_own
@@ -31,17 +30,20 @@ _SMALL = 0.2
 
 
 def loads_on_ground(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
-    standing = {*mechanism.links[GROUND].frames}
-    on_ground = {j.name: j.frames for j in mechanism.joints if standing.intersection(j.frames)}
-    count, heavy = Counter(map(owner, find_frames(v.name for v in dae.variables))), find_moving(dae)
-    own = [c for c in dae.connects if is_own(dae, c.span)]
-    used = Counter(n for c in own for n in (c.left, c.right))
+    frames = Counter(owner(f) for link in mechanism.links for f in link.frames)
+    masses = {p.name for p in dae.parameters if p.name.endswith(".m")}
+    standing = mechanism.links[GROUND].frames
+    loads = {f for f in standing if frames[owner(f)] == 1 and f"{owner(f)}.m" in masses}
+    if not loads:
+        return
+    on_ground = {j.name: j.frames for j in mechanism.joints if GROUND in j.links}
     links = [i for i in loaded_links(dae, mechanism) if not i.heavy and len(i.joints) > 1]
     bare = [(link, j) for link in links for j in link.joints if j in on_ground]
+    own = [c for c in dae.connects if is_own(dae, c.span)]
+    used = Counter(n for c in own for n in (c.left, c.right))
     for c in own if bare else ():
-        load = next((n for n in (c.left, c.right) if owner(n) in heavy), "")
-        alone = count[owner(load)] == used[load] == 1
-        if not alone or load not in standing:
+        load = next((n for n in (c.left, c.right) if n in loads), "")
+        if not load or used[load] > 1:
             continue
         there = [(i, j) for i, j in bare if {c.left, c.right}.intersection(on_ground[j])]
         link, joint = (there or bare)[0]

@@ -25,7 +25,7 @@ from planarc.core.diagnostic import Bound, Locked, Severity
 from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
 from planarc.insight.attachment import ROLLING
-from planarc.insight.connectors import find_pins, grouped
+from planarc.insight.connectors import find_pins, grouped, top
 from planarc.insight.misfit import find_loop
 from planarc.insight.sensors import zeros
 from planarc.insight.topology import find_moving
@@ -73,12 +73,12 @@ def find_doubled(dae: Dae, mechanism: Mechanism) -> Locked | None:
     pins, own = find_pins(dae, mechanism), [c for c in dae.connects if is_own(dae, c.span)]
     for names in dae.connections:
         for name in names:
-            others = [owner(n) for n in names if _top(n) != _top(name)]
+            others = [owner(n) for n in names if top(n) != top(name)]
             if others and name.count(".") == 1:
-                joined.setdefault(_top(name), []).append((name, others))
+                joined.setdefault(top(name), []).append((name, others))
     for link in mechanism.links[1:]:
         owners = Counter(owner(f) for f in link.frames)
-        for part, frames in grouped((f for f in link.frames if f.count(".") == 1), _top).items():
+        for part, frames in grouped((f for f in link.frames if f.count(".") == 1), top).items():
             ends = joined.get(part, [])
             if part in joints or len(frames) != 2 or len(ends) != 1:
                 continue
@@ -171,11 +171,6 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
 
 _PAIR = 2  # conditions of a pin or a slide
 _PLANE = 3  # motions of a body in the plane
-
-
-def _top(name: str) -> str:
-    """The component of the model itself."""
-    return name.partition(".")[0]
 
 
 def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:

@@ -32,6 +32,7 @@ from planarc.insight.connectors import (
     find_pins,
     grouped,
     owner,
+    top,
 )
 from planarc.insight.massless import find_hung, find_massless, find_unloaded
 from planarc.insight.open_ends import left_open
@@ -330,7 +331,7 @@ def _bridge(
     inner = (
         ends
         for names in dae.connections
-        for part, ends in grouped(names, _part).items()
+        for part, ends in grouped(names, top).items()
         if part != joint
     )
     loose = {joint, *mechanism.bridged, *mechanism.inside}
@@ -346,11 +347,6 @@ def _bridge(
     way = ways.get(goals[0], ()) if goals else ()
     steps = (connects.get(frozenset(pair)) for pair in pairwise(way))
     return way, tuple(c for c in steps if c is not None)
-
-
-def _part(frame: str) -> str:
-    """The component of the model itself."""
-    return frame.partition(".")[0]
 
 
 def _has_no_place(dae: Dae, undetermined: Sequence[str]) -> bool:

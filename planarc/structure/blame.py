@@ -297,10 +297,8 @@ def _given_parameters(dae: Dae, too_many: Sequence[Equation]) -> Diagnostic | No
     if any(e.op in changing or (e.is_symbol and e.name not in parameters) for e in leaves):
         hint = f"what changes in a run is no parameter: declare `{name}` without `parameter`"
         if owner:
-            hint = (
-                f"`{owner}` keeps the `{name}` that it is given by `{owner}({name}=...)`: remove "
-            )
-            hint += f"the {rest}; a part in which it changes is a class of its own"
+            hint = f"`{owner}` keeps the `{name}` that `{owner}({name}=...)` gives it: remove the "
+            hint += f"{rest}; a part in which it changes is a class of its own"
     return Diagnostic(
         "S302",
         f"{names} {be(count)} {what}, which no equation decides: {shown} {be(count)} too many",

@@ -209,10 +209,6 @@ _OTHER_KIND = {
 }
 
 
-def _gives_signal(leaf: Leaf) -> bool:
-    return leaf.causality is syntax.Causality.OUTPUT
-
-
 def _kinds_hint(left: Side, right: Side) -> str | None:
     """What stands between connectors of two kinds."""
     for connector, signal in ((left.node, right), (right.node, left)):
@@ -224,7 +220,7 @@ def _kinds_hint(left: Side, right: Side) -> str | None:
             if given:
                 return f"`{signal.name}` is a signal: connect {either(given)} to it"
             taken = [n.name for n in leaves if n.causality is syntax.Causality.INPUT]
-            if len(taken) == 1 and _gives_signal(signal.node):  # a source's own input
+            if len(taken) == 1 and signal.node.causality is syntax.Causality.OUTPUT:
                 return f"write `connect({signal.name}, {taken[0]});` to give the signal to it"
     kinds = {_kind(side.node) or side.name: side.name for side in (left, right)}
     if kinds.keys() == {"turns", "slides"}:

@@ -438,12 +438,10 @@ def _not_reachable(
             if kept
             else f"the loop of {loop} cannot be assembled from its start values",
             declaration(program, names[0], kept[0].span) if kept else None,
-            hint=f"{exchanged}; or start inside its reach: {nearest} is a dead centre"
-            if exchanged
-            else f"choose a start well inside its reach: {nearest} is a dead centre; or give start "
-            f"values of another joint, or change {length}"
+            hint=f"{exchanged}choose a start well inside its reach: {nearest} is a dead centre; or "
+            f"give start values of another joint, or change {length}"
             if near is not None and near.share < DEAD_CENTRE
-            else f"start with {nearest}, {'as' if moving else 'where'} it "
+            else f"{exchanged}start with {nearest}, {'as' if moving else 'where'} it "
             f"{'can' if moving else 'assembles'}, or change {length}"
             if kept
             else "change the start values towards an assembled position",

@@ -41,7 +41,8 @@ def much_shorter(
 def longer_crank(
     program: Program, components: Collection[str], lengths: Mapping[str, float], turned: str
 ) -> str:
-    """A hint about a crank that is longer than the rod between it and a slide on the ground."""
+    """What to do about a crank that is longer than the rod between it and a slide on the ground, as
+    the beginning of a hint; else nothing."""
     joints = {j.name: j for j in loop_joints(program, components)}
     columns = {c.name for c in program.columns}
     slides = [name for name in joints if f"{name}.s" in columns]
@@ -54,7 +55,7 @@ def longer_crank(
         return ""
     return (
         f"`{crank}` ({lengths[crank]:.4g} m) is longer than `{rod}` ({lengths[rod]:.4g} m) and "
-        "cannot go round: exchange their lengths"
+        "cannot go round: exchange their lengths; or "
     )
 
 
