@@ -5,13 +5,15 @@ Out:  a warning R447, at the user's part
 
 Steps and rows may go past the instant at which the two ends of a spring coincide: beyond it, the
 spring pulls the other way. Components declare the vector between such ends by
-`annotation(__planarc(line = d))`.
+`annotation(__planarc(line = d))`. A spring whose length without load is written as 0 is meant to
+draw its ends together: its force is as smooth there as anywhere.
 
 Example: 320 kg on 20 N/m, which was to be 20 N/mm.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 #: Ends pass through each other where the way between two rows leads past zero within this part of
 #: it, and is that of the rows before, to this part.
 _NEAR, _STRAIGHT = 0.02, 0.5
+_MEANT = re.compile(r"\bs_unstretched\s*=\s*0(\.0*)?\s*[,)]")
 
 
 def judge_passing(result: Result) -> Iterator[Diagnostic]:
@@ -34,9 +37,10 @@ def judge_passing(result: Result) -> Iterator[Diagnostic]:
     if not lines or len(result.time) < 3:
         return
     for component, d in lines:
-        t = _passes(result, d)
         part = own_part(result.program, component)
-        if t is not None and part is not None:
+        if part is None or _MEANT.search(part.span.text):
+            continue
+        if (t := _passes(result, d)) is not None:
             hint = "look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "
             hint += "load, or put stops where its ends meet"
             free = result.columns.get(f"{component}.s_unstretched")

@@ -337,13 +337,15 @@ def _under(
             f"({_names(names)}): {missing} missing"
         )
     )
+    points = _points(dae, names)
+    idle = () if points else redundant[:_LISTED]  # sums of torques, of which a point takes none
     related = _listed(chosen) + tuple(
         Related(f"{e.shown} says nothing new: it follows from other equations", _span(e))
-        for e in redundant[:_LISTED]
+        for e in idle
     )
     if (twice := _said_twice(dae, redundant, names)) is not None:
         return twice
-    ungrounded = find_ungrounded(dae, names) if redundant and not _points(dae, names) else None
+    ungrounded = find_ungrounded(dae, names) if redundant and not points else None
     if ungrounded is not None:
         return ungrounded
     forces = any(n.endswith((".t", ".f", ".f[1]", ".f[2]")) for n in names)
@@ -401,9 +403,14 @@ def _points(dae: Dae, names: Sequence[str]) -> list[str]:
 
 def _hint(dae: Dae, names: Sequence[str]) -> str:
     """The cause in a planar mechanism that leaves such an unknown open."""
-    points = _points(dae, names)
+    points = list(dict.fromkeys(p for n in names for p in _points(dae, [n])[:1]))
     if points:
-        return f"set `fixAngle=true` in `{points[0]}`, or connect it to a part that turns with it"
+        which, parts = ("it", "a part") if len(points) == 1 else ("them", "parts")
+        turns = "turns" if len(points) == 1 else "turn"
+        return (
+            f"set `fixAngle=true` in {listed(f'`{p}`' for p in points)}, or connect {which} to "
+            f"{parts} that {turns} with {which}"
+        )
     if _at_angles(dae, names):
         return "give the loose part a mass with inertia, or a joint that holds its angle"
     return f"add an equation, a connection or a binding for `{names[0]}`"

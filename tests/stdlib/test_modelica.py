@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+import planarc
+
 
 def test_constants_have_their_values(run: Callable[..., Any]) -> None:
     expected = {
@@ -32,6 +34,38 @@ def test_both_names_of_the_units_give_the_same_types(run: Callable[..., Any], pa
     result = run(f"  {package}.Angle a = time;\n  {package}.MomentOfInertia J = 2;")
     assert (result.columns["a"].unit, result.columns["a"].display_unit) == ("rad", "deg")
     assert result.columns["J"].unit == "kg.m2"
+
+
+def test_units_of_what_drives_need_agree() -> None:
+    """Of formulas whose both sides are types of the library; a wrong unit would be warned of."""
+    model = planarc.load("""model Units
+  Modelica.Units.SI.ElectricCharge q = 3;
+  Modelica.Units.SI.Voltage u = q/C;
+  parameter Modelica.Units.SI.Capacitance C = 2;
+  Modelica.Units.SI.Current i = u*G;
+  parameter Modelica.Units.SI.Conductance G = 5;
+  Modelica.Units.SI.Torque tau = k*i;
+  parameter Modelica.Units.SI.ElectricalTorqueConstant k = 7;
+  Modelica.Units.SI.Torque bending = E*J*L_inverse;
+  parameter Modelica.Units.SI.ModulusOfElasticity E = 11;
+  parameter Modelica.Units.SI.SecondMomentOfArea J = 13;
+  parameter Real L_inverse(unit="m-1") = 17;
+  Modelica.Units.SI.Force thrust = q_m*v;
+  parameter Modelica.Units.SI.MassFlowRate q_m = 19;
+  Modelica.Units.SI.Velocity v = volume/A;
+  parameter Modelica.Units.SI.VolumeFlowRate volume = 23;
+  parameter Modelica.Units.SI.Area A = 29;
+  Modelica.Units.SI.HeatFlowRate loss = K*dT;
+  parameter Modelica.Units.SI.ThermalConductance K = 31;
+  Modelica.Units.SI.TemperatureDifference dT = loss*R + 37;
+  parameter Modelica.Units.SI.ThermalResistance R = 1/41;
+end Units;
+""")
+    assert not model.warnings
+    result = model.simulate(1)
+    assert result["tau"][0] == pytest.approx(7 * 5 * 1.5)
+    assert result["bending"][0] == pytest.approx(11 * 13 * 17)
+    assert result["thrust"][0] == pytest.approx(19 * 23 / 29)
 
 
 def test_a_model_may_carry_an_icon(run: Callable[..., Any]) -> None:
