@@ -23,6 +23,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import (
     Diagnostic,
     Exhausted,
+    Limited,
     PlanarcError,
     Related,
     Repelling,
@@ -133,9 +134,13 @@ class Run:
         every = (*outcome.diagnostics, *result.warnings)
         repelling = next((d for d in every if isinstance(d, Repelling)), None)
         reason = repelling or next((d for d in every if isinstance(d, Runaway)), None)
-        told = any(d.severity is Severity.WARNING for d in outcome.diagnostics)
-        known = ((Runaway,) if repelling else ()) + ((Still,) if told else ())
-        warnings = [w for w in result.warnings if not isinstance(w, known)]
+        told = {d.span for d in outcome.diagnostics if d.severity is Severity.WARNING}
+        known = ((Runaway, Limited) if repelling else ()) + ((Still,) if told else ())
+        warnings = [
+            w
+            for w in result.warnings
+            if not isinstance(w, known) and not (isinstance(w, Limited) and w.span in told)
+        ]
         ended = result.ended
         if reason is not None and isinstance(ended, Exhausted):
             outcome.diagnostics = tuple(d for d in outcome.diagnostics if d is not reason)

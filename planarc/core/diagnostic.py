@@ -119,6 +119,10 @@ class Still(Diagnostic):
     """That nothing moves in a run, which what else is told may explain."""
 
 
+class Limited(Diagnostic):
+    """That a controller is at its limit, which what is told of its place may explain."""
+
+
 class Massless(Diagnostic):
     """That nothing has a mass behind a joint, which may be why no start is found."""
 

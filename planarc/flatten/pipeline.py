@@ -36,6 +36,7 @@ from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
 from planarc.flatten.checks.slips import find_slips
+from planarc.flatten.checks.tables import check_tables
 from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.connect.expand import check_absent, is_expandable
@@ -307,6 +308,7 @@ def _flatten(
     imbalance = None
     if not session.errors:
         check_ranges(pairs, session)
+        check_tables(pairs, session)
         check_connectors(found.instances, session)
         check_unheeded(root, found.instances, connections, session)
         check_exchanged(connections, session)

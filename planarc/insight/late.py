@@ -2,7 +2,7 @@
 times were meant in milliseconds.
 
 In:   Result
-Out:  notes R453, at the user's part
+Out:  warnings and notes R453, at the user's part
 
 Example: `Ramp(duration=1000)` in a run of 3 s, which ends at 0.3 % of its way.
 """
@@ -26,6 +26,8 @@ _HARDLY = 0.01
 #: Multiple of the end of a run at which the second point of a table is far away.
 _FAR = 10.0
 
+_MILLISECONDS = "times are in s: 1 ms is 1e-3 s"
+
 
 class _Source(Data):
     """A source with the slots of its times."""
@@ -43,31 +45,36 @@ def judge_late(result: Result) -> Iterator[Diagnostic]:
     end = float(result.time[-1])
     for source in timed_sources(result.program):
         told, part = _late(source, result), declared_part(result.program, source.name)
-        if told and part is not None:
+        if told is not None and part is not None:
+            what, hint, severity = told
             yield Diagnostic(
                 "R453",
-                f"`{source.name}` hardly changes: it {told}, and the run ends at {end:g} s",
+                f"`{source.name}` hardly changes: it {what}, and the run ends at {end:g} s",
                 part.span,
-                Severity.NOTE,
-                hint="times are in s: 1 ms is 1e-3 s",
+                severity,
+                hint=hint,
             )
 
 
-def _late(source: _Source, result: Result) -> str:
-    """What of its times lies beyond the run; empty if nothing does."""
+def _late(source: _Source, result: Result) -> tuple[str, str, Severity] | None:
+    """What of its times lies beyond the run, with what to do; nothing if none does. A source that
+    begins later may be switched off by that, so that it has a note alone."""
     begin, end, known = float(result.time[0]), float(result.time[-1]), result.constants
     start = known[source.start]
     if start >= end > begin:
-        return f"begins at {start:g} s"
+        later = f"let the run end later, as by `--stop {2 * start - begin:g}`"
+        hint = _MILLISECONDS if start >= _FAR * end else later
+        return f"begins at {start:g} s", hint, Severity.NOTE
     if source.duration is not None:
         duration = known[source.duration]
         if end - max(start, begin) < _HARDLY * duration:
-            return f"takes {duration:g} s"
+            return f"takes {duration:g} s", _MILLISECONDS, Severity.WARNING
     if source.second is not None:
         second = known[source.second]
         if second >= _FAR * end > 0:
-            return f"has its second point at {second:g} s"
-    return ""
+            hint = "times are in s: write `timeScale=1e-3` for a table in ms"
+            return f"has its second point at {second:g} s", hint, Severity.WARNING
+    return None
 
 
 @once

@@ -26,7 +26,7 @@ def told(
 def test_the_share_is_that_of_the_closed_form() -> None:
     """|10*sin| is above 1 but for 4*asin(0.1) of each turn, 6.4 % of it."""
     (message,) = told(10.0)
-    assert message == "`limiter` is at its limit `uMax` or the other one for 94% of the run"
+    assert message == "`limiter` is at its limit `uMax` or `uMin` for 94% of the run"
 
 
 def test_a_single_limit_is_named_alone() -> None:
@@ -42,3 +42,42 @@ def test_what_is_there_at_times_or_always_is_not_told(values: tuple[float, ...])
 
 def test_a_run_of_no_time_says_nothing() -> None:
     assert told(10.0, stop=0.0) == []
+
+
+SERVO = """model Servo
+  import Modelica.Mechanics.Rotational.*;
+  Components.Inertia load(J=1, phi(start=0.1, fixed=true), w(fixed=true));
+  Sources.Torque motor;
+  Components.IdealGear gear(ratio=RATIO);
+  Sensors.AngleSensor angle;
+  Modelica.Blocks.Continuous.LimPID pid(k=1e3, yMax=0.01,
+    controllerType=Modelica.Blocks.Types.SimpleController.P);
+  Modelica.Blocks.Sources.Constant goal(k=GOAL);
+equation
+  connect(goal.y, pid.u_s);
+  connect(angle.phi, pid.u_m);
+  connect(pid.y, motor.tau);
+  connect(motor.flange, gear.flange_a);
+  connect(gear.flange_b, load.flange_a);
+  connect(angle.flange, load.flange_b);
+end Servo;
+"""
+
+
+def of_servo(ratio: float, goal: float, stop: float) -> list[tuple[str, str]]:
+    text = SERVO.replace("RATIO", repr(ratio)).replace("GOAL", repr(goal))
+    warnings = planarc.load(text).simulate(stop).warnings
+    return [(w.severity.value, w.message) for w in warnings if w.code == "R454"]
+
+
+def test_a_controller_whose_loop_has_the_wrong_sign_is_warned_of() -> None:
+    """Its torque is that of the gear all the while: phi = 0.1 + ratio*yMax*t^2/2."""
+    ((severity, message),) = of_servo(-50.0, 0.2, 10.0)
+    assert severity == "warning"
+    assert message.startswith("`pid` is at its limit `yMax` for 100% of the run, and what it mea")
+    assert message.endswith(f"to {0.1 - 50 * 0.01 * 10**2 / 2:.4g}")
+
+
+def test_a_controller_on_its_way_has_a_note() -> None:
+    ((severity, message),) = of_servo(50.0, 100.0, 10.0)
+    assert (severity, message) == ("note", "`pid` is at its limit `yMax` for 100% of the run")

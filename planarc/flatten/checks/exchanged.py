@@ -5,15 +5,16 @@ In:   the connections
 Out:  a warning F336 for each
 
 The inputs of a controller are `u_s` and `u_m`. With both exchanged it drives away from the set
-value, which no equation says is wrong. Those of a difference, `u1` and `u2`, may be exchanged on
-purpose where a gain behind it has the other sign: only where all gains up to a force or torque are
-known to be positive is it told.
+value, which no equation says is wrong, unless a gain or a gear turns the sign. Those of a
+difference, `u1` and `u2`, may be exchanged on purpose where a gain behind it has the other sign:
+only where all gains up to a force or torque are known to be positive is it told.
 
 Example: `connect(angle.phi, pid.u_s); connect(step.y, pid.u_m);`
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 from planarc.core.diagnostic import PlanarcError, Related, Repelling, Severity
@@ -62,6 +63,8 @@ def check_exchanged(connections: Iterable[Connection], session: Session) -> None
             continue
         if is_difference and not _acts_the_same_way(block, connections, given, session):
             continue
+        if _a_sign_is_turned(session):
+            return
         place, (_, to_set, _), (_, to_measure, _) = given[measured][0], given[measured], given[name]
         session.warnings.append(
             Repelling(
@@ -113,16 +116,24 @@ def _acts_the_same_way(
     return False
 
 
+def _a_sign_is_turned(session: Session) -> bool:
+    """Whether a gain or the ratio of a gear is negative, which an exchange may make up for."""
+    factors = (n for n in session.leaves if n.endswith((".k", ".ratio")))
+    return any(_value(n, session) < 0 for n in factors)
+
+
 def _is_positive(name: str, session: Session) -> bool:
     """Whether a parameter is known to be positive, or is none."""
-    leaf = session.leaves.get(name)
-    if leaf is None:
-        return True
+    return name not in session.leaves or _value(name, session) > 0
+
+
+def _value(name: str, session: Session) -> float:
+    """The value of a parameter; that of no number, if it is not known before a run."""
     try:
-        value = Evaluator(session).leaf_value(leaf)
+        value = Evaluator(session).leaf_value(session.leaves[name])
     except (NotConstant, PlanarcError):
-        return False
-    return isinstance(value, int | float) and value > 0
+        return math.nan
+    return value if isinstance(value, int | float) else math.nan
 
 
 def _is(node: Leaf | Instance, causality: syntax.Causality) -> bool:

@@ -53,7 +53,7 @@ def _warn(leaf: Leaf, session: Session) -> None:
     """The start value is used (4.4.4), which a user should know."""
     start = attributes_of(leaf).start
     default = "0 is used" if leaf.type.base in _NUMBERS else "a default is used"
-    used = default if start is None else "its start value is used"
+    used = default if start is None else f"its start value{_as_number(start)} is used"
     span, value = _place(leaf, session)
     session.warnings.append(
         UngivenOnce(
@@ -65,6 +65,11 @@ def _warn(leaf: Leaf, session: Session) -> None:
             kind=f"{span.source.name}:{span.start} {value}",  # once for all members of an array
         )
     )
+
+
+def _as_number(value: flat.Expression) -> str:
+    number = _as_written(value)
+    return "" if number is None else f" {number:.6g}"
 
 
 def _place(leaf: Leaf, session: Session) -> tuple[Span, str]:

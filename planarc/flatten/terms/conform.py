@@ -109,7 +109,7 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     if matrices and expected.dims[1] != actual.dims[1]:
         rows, columns = expected.dims
         hint = f"write rows of {counted(columns, 'value')}" if columns else None
-        if columns and (rewritten := _in_rows(span, columns)):
+        if columns and (rewritten := in_rows(span, columns)):
             return f"`;` ends a row: write `{rewritten}`"
         turned = columns == actual.dims[0] and rows in (None, *actual.dims)
         return (
@@ -128,17 +128,28 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
     return decimal_comma(span) or values
 
 
-def _in_rows(span: Span, columns: int) -> str | None:
+def in_rows(span: Span, columns: int) -> str | None:
     """A matrix that was written as one row, in rows of so many numbers."""
-    numbers = span.text.strip("[] \n").split(",")
+    numbers = _entries(span)
     rows = len(numbers) // columns
     if not _is_short(span) or rows < 2 or rows * columns != len(numbers) or ";" in span.text:
         return None
     if any(c in span.text for c in "{("):
         return None
-    entries = [n.strip() for n in numbers]
-    cut = (entries[i : i + columns] for i in range(0, len(entries), columns))
+    cut = (numbers[i : i + columns] for i in range(0, len(numbers), columns))
     return f"[{'; '.join(', '.join(row) for row in cut)}]"
+
+
+def _entries(span: Span) -> list[str]:
+    return [n.strip() for n in span.text.strip("[] \n").split(",")]
+
+
+def numbers_of(span: Span) -> list[float]:
+    """The entries of a matrix that is written as one row of numbers; none for others."""
+    try:
+        return [float(n) for n in _entries(span)]
+    except ValueError:
+        return []
 
 
 #: The entries of a vector of the plane.
