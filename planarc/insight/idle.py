@@ -10,7 +10,7 @@ Out:  warnings S323
     on the ground        a force or torque on what cannot move, or a force on an axis that cannot
     beside its hinge     a pulley or gear wheel on the standing side of the hinge on which it turns
     on one point         a sensor of distances, or a spring along a line, whose frames are always
-                         at the same place, as those of a hinge
+                         at the same place, as those of a hinge, or never move against each other
 
 A spring, damper or drive is a component with two ends that declares what energy it stores, loses or
 supplies, but no kinetic energy; a force or torque of the world is one with a single end.
@@ -211,16 +211,22 @@ def _on_one_point(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 Severity.WARNING,
                 hint="connect one of them to another part",
             )
-        same = all(_are_tied(tied, *(f"{e}.r[{i}]" for e in ends)) for i in (1, 2))
-        if component in inside or not same:
+        places = [[f"{e}.r[{i}]" for e in ends] for i in (1, 2)]
+        if component in inside or not all(_are_tied(tied, *pair) for pair in places):
             continue
         if {f"{e}.phi" for e in ends} & _read_by(dae, component):
             continue
-        what = "always shows 0" if is_sensor else "does nothing"
+        together = _tied(dae, offsets=False)
+        if all(_are_tied(together, *pair) for pair in places):
+            what, why = "always shows 0" if is_sensor else "does nothing", "are one point"
+        else:
+            still = all(_are_tied(tied, pair[0], "") for pair in places)
+            what = "shows what never changes" if is_sensor else "does nothing"
+            why = "stand still" if still else "never move against each other"
         hint = "connect one of them to another point"
         if not is_sensor:
             hint += "; what turns a hinge is a rotational spring or drive, at its flange"
-        yield _idle(f"`{component}` {what}: {both(ends)} are one point", part, hint)
+        yield _idle(f"`{component}` {what}: {both(ends)} {why}", part, hint)
 
 
 def _line_forces(dae: Dae, mechanism: Mechanism) -> Iterator[tuple[str, list[str]]]:
@@ -265,15 +271,18 @@ def find_elements(dae: Dae) -> Iterator[str]:
             yield component
 
 
-def _tied(dae: Dae, apart: Collection[str] = ()) -> DisjointSets[str]:
+def _tied(dae: Dae, apart: Collection[str] = (), offsets: bool = True) -> DisjointSets[str]:
     """Positions that are equal, or differ by what never changes, by equations of all components
-    but some; "" is one that stands still."""
+    but some; "" is one that stands still. Without offsets only those that are equal."""
     unknown, fixed = {v.name for v in dae.variables}, {p.name for p in dae.parameters}
     sets = DisjointSets([""])
     for equation in dae.equations:
         if equation.component in apart:
             continue
-        sides = [_place(side, unknown, fixed) for side in (equation.left, equation.right)]
+        both_sides = (equation.left, equation.right)
+        if not (offsets or all(e.op is Op.SYMBOL for e in both_sides)):
+            continue
+        sides = [_place(side, unknown, fixed) for side in both_sides]
         if None not in sides and sides[0] != sides[1]:
             sets.join(*(s for s in sides if s is not None))
     return sets
