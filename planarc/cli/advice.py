@@ -184,6 +184,23 @@ def _told(error: Exception) -> Diagnostic:
     message = re.sub(r"'([^']*)'", r"`\1`", message)
     command = getattr(getattr(error, "ctx", None), "command_path", "planarc")
     hint = f"did you mean `{near[0]}`?" if near else f"see `{command} --help`"
-    if re.search(r"unexpected extra argument.*\.(pmo|mo)\b", message):
-        hint = "a command takes one file: run it once for each"
-    return Diagnostic("C100", message, hint=hint)
+    return Diagnostic("C100", message, hint=_meant(message) or hint)
+
+
+#: What a message says of its own kind, and what is to be written then.
+_MEANT = (
+    (r"unexpected extra.*\.(?:pmo|mo)\b", "a command takes one file: run it once for each"),
+    (r"no such command `(.+\.(?:pmo|mo))`", r"write `planarc simulate \1`"),
+    (r"`(-?\d+),(\d+)` is no", r"write `\1.\2`: decimals stand behind a point"),
+    (r"`--intervals`: `([\d.e-]+)` is not", r"for a time between two rows, write `--interval \1`"),
+    (r"`([\d.e-]+) ?%` is not", r"write a number, `\1`, or a hundredth of it for per cent"),
+    (r"no such option `--plot`", "draw curves by `planarc plot RESULT.csv VARIABLE`"),
+)
+
+
+def _meant(message: str) -> str | None:
+    """What to write in the place of what a message refuses."""
+    for pattern, advice in _MEANT:
+        if (found := re.search(pattern, message)) is not None:
+            return found.expand(advice)
+    return None

@@ -122,11 +122,14 @@ def _value(name: str, text: str) -> Given:
         raise usage_error(
             "C111",
             f"the value `{text}` of `{name}` is no number",
-            hint=_number_hint(text),
+            hint=_number_hint(name, text),
         ) from None
 
 
-def _number_hint(text: str) -> str:
+def _number_hint(name: str, text: str) -> str:
+    if re.search(r",\s*[\w.\[\]]+=", text):
+        words = f"--set {name}={text.replace(',', ' --set ', 1)}"
+        return f"write each behind its own `--set`: `{words}`"
     if re.fullmatch(r"[-+\d]+,\d+", text):
         return f"write `{text.replace(',', '.')}`: decimals stand behind a point"
     if ".." in text:

@@ -70,6 +70,32 @@ def test_a_misspelt_option_is_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err.startswith("error[C100]: no such option")
 
 
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["--tolerance", "1e-3%"], "write a number, `1e-3`, or a hundredth of it for per cent"),
+        (["--stop", "1,5"], "write `1.5`: decimals stand behind a point"),
+        (["--intervals", "0.01"], "for a time between two rows, write `--interval 0.01`"),
+        (["--stepsize", "0.1"], "did you mean `--interval`?"),
+        (["--t_end", "3"], "did you mean `--stop`?"),
+        (["--plot", "x"], "draw curves by `planarc plot RESULT.csv VARIABLE`"),
+        (["--set", "a.m=3,b.m=4"], "`--set a.m=3 --set b.m=4`"),
+    ],
+)
+def test_a_word_of_another_tool_is_answered(
+    words: list[str], hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["simulate", "a.pmo", *words]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("error[C1")
+    assert err.rstrip().endswith(hint)
+
+
+def test_a_file_without_its_command_is_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["arm.pmo"]) == 2
+    assert "hint: write `planarc simulate arm.pmo`" in capsys.readouterr().err
+
+
 def test_usage_errors_are_json_when_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["simulate", "a.pmo", "--json", "--stop", "late"]) == 2
     out, err = capsys.readouterr()
