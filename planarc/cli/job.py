@@ -28,6 +28,7 @@ from planarc.core.diagnostic import (
     Related,
     Repelling,
     Runaway,
+    Secondary,
     Severity,
     Still,
     UsageError,
@@ -139,7 +140,7 @@ class Run:
         warnings = [
             w
             for w in result.warnings
-            if not isinstance(w, known) and not (isinstance(w, Limited) and w.span in told)
+            if not isinstance(w, known) and not (isinstance(w, Secondary) and w.span in told)
         ]
         ended = result.ended
         if reason is not None and isinstance(ended, Exhausted):

@@ -119,8 +119,13 @@ class Still(Diagnostic):
     """That nothing moves in a run, which what else is told may explain."""
 
 
-class Limited(Diagnostic):
-    """That a controller is at its limit, which what is told of its place may explain."""
+class Secondary(Diagnostic):
+    """What a warning of the same part explains: that a controller is at its limit, or a part far
+    larger than its mechanism."""
+
+
+class Limited(Secondary):
+    """That a controller is at its limit."""
 
 
 class Massless(Diagnostic):

@@ -13,9 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, shortened
 from planarc.insight.attachment import is_open, open_apart, place
 from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
+from planarc.insight.idle import find_elements
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
@@ -23,6 +25,7 @@ from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import is_own, own_part
 
 _SHOWN = 4
+_SECOND = "the second of them is connected here"
 
 
 def left_open(
@@ -52,11 +55,11 @@ def left_open(
         joined = "a body with mass"
     if mechanism is not None and first in (j.name for j in mechanism.joints):
         free = open_apart(dae, mechanism)
-        joined = f"`{free}`, which is open too" if free else "a part that it moves or stands on"
+        joined = f"`{free}`, which is open too" if free else _carrier(dae, ends[0])
     hint = f"connect `{ends[0]}` to {joined}, or leave `{first}` out"
     related: tuple[Related, ...] = ()
     if len(ends) == 1 and "open too" not in joined:
-        hint, related = _instead(dae, ends[0], hint)
+        hint, related = _instead(dae, mechanism, ends[0], hint)
     if f"{first}.fixAngle" in {p.name for p in dae.parameters} and all(
         n.endswith(".phi") for n in undetermined
     ):
@@ -81,7 +84,7 @@ def bare_joints(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
         if len(ends) != 1 or f"{joint.name}.axis" not in flanges or ends[0] in ground:
             continue
         hint = f"connect `{ends[0]}` to a body with mass"
-        hint, related = _instead(dae, ends[0], hint)
+        hint, related = _instead(dae, mechanism, ends[0], hint)
         yield Diagnostic(
             "S323",
             f"`{ends[0]}` is connected to nothing, so that `{joint.name}` moves nothing",
@@ -122,7 +125,7 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             inside = [f for f in link.frames if owner(f) == part]
             if part in joints or len(inside) != 2:
                 continue
-            hint, related = ("", ()) if part in heavy else _instead(dae, end, "")
+            hint, related = ("", ()) if part in heavy else _instead(dae, None, end, "")
             if not hint:
                 hint, related = _on_its_twin(dae, end, inside, heavy)
             if not hint:
@@ -136,16 +139,48 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             )
 
 
-def _instead(dae: Dae, end: str, hint: str) -> tuple[str, tuple[Related, ...]]:
+def _carrier(dae: Dae, end: str) -> str:
+    """What an end of a joint may be meant to be connected to."""
+    worlds = [p.name for p in dae.parts if p.inner and p.class_name.endswith(".World")]
+    ground = f", such as `{worlds[0]}.frame_b`" if worlds and end.endswith("_a") else ""
+    return f"a part that it moves or stands on{ground}"
+
+
+def _instead(
+    dae: Dae, mechanism: Mechanism | None, end: str, hint: str
+) -> tuple[str, tuple[Related, ...]]:
     """What to do about an open end where two parts are connected to the other one, else `hint`;
     and where the second of these is connected."""
     both_there, part = _at_the_other_end(dae, end), owner(end)
     if len(both_there) < 2:
         return hint, ()
     others = [c.right if owner(c.left) == part else c.left for c in both_there]
+    if mechanism is not None and not _may_be_parted(dae, mechanism, part, others):
+        return hint, ()
     there = next(n for c in both_there for n in (c.left, c.right) if owner(n) == part)
     hint = f"{both(others)} are both connected to `{there}`: connect one of them to `{end}` instead"
-    return hint, (Related("the second of them", both_there[-1].span),)
+    return hint, (Related(_SECOND, both_there[-1].span),)
+
+
+def _may_be_parted(dae: Dae, mechanism: Mechanism, joint: str, others: Sequence[str]) -> bool:
+    """Whether two rigid parts at one end of a joint may belong to both of its ends. What a joint
+    or a spring carries there moves on the other part as it is; and where no way leads from them to
+    the ground, it is the ground that is missing."""
+    elements = {*find_elements(dae)}
+    if not (elements | {j.name for j in mechanism.joints}).isdisjoint(map(owner, others)):
+        return False
+    frames = find_frames(v.name for v in dae.variables)
+    sets = DisjointSets(("", *frames))
+    for component, inside in grouped(frames, owner).items():
+        for frame in inside if component not in (joint, *elements) else ():
+            sets.join(inside[0], frame)
+    for connect in dae.connects:
+        ends = (connect.left, connect.right)
+        if all(f in sets for f in ends) and joint not in map(owner, ends):
+            sets.join(*ends)
+    for frame in mechanism.standing:
+        sets.join("", frame)
+    return any(sets.find(frame) == sets.find("") for frame in others)
 
 
 def _on_its_twin(
@@ -165,7 +200,9 @@ def _on_its_twin(
         bodies = [owner(c.right if c.left == far else c.left) for c in own]
         if len(bodies) == 2 and heavy.issuperset(bodies):
             hint = f"{both(bodies)} are both connected to `{far}`: connect one of them to `{end}`"
-            return f"{hint} instead", (Related("the second of them", own[-1].span),)
+            return f"{hint} instead", (
+                Related("the second of them is connected here", own[-1].span),
+            )
     return "", ()
 
 

@@ -90,8 +90,8 @@ def _far_centre(bar: _Bar) -> tuple[str, str] | None:
     return (
         f"the centre of mass of `{bar.name}` is {distance:.3g} m along its line, "
         f"{distance / length:.3g} times as far as its other end",
-        f"look at `{bar.name}.r_CM`, which is seen from `frame_a`; where none is given it is "
-        f"half-way, at {length / 2:.3g} m",
+        f"look at `{bar.name}.r_CM`, which is in m and seen from `frame_a`; where none is given it "
+        f"is half-way, at {length / 2:.3g} m",
     )
 
 

@@ -26,6 +26,8 @@ SAME_SCALE = 1e-9
 
 #: How torques are called.
 _TORQUE = re.compile(r"(^|[._])(tau|torque|t)(\[\d+\])?$")
+#: A unit of several, as those of coefficients.
+_COMPOUND = re.compile("[./]")
 #: How a joint's coordinate and its derivatives are called: those of a hinge, and of a slide.
 _MOTIONS = ("phi", "w", "a", "s", "v")
 
@@ -73,6 +75,26 @@ def _square(units: Mapping[str, Known], e: flat.Expression, ratio: Dimension) ->
         return None
     name = " ".join(fitting[0].span.text.split())
     return f"a square may be missing: `{name}^2` would make them agree"
+
+
+def wrongly_declared(
+    units: Mapping[str, Known],
+    declared: Mapping[str, str],
+    differ: tuple[Dimension, Dimension],
+    sides: Sides,
+) -> str | None:
+    """The hint at the model's own coefficient in a product, as a stiffness in `N/m` for one in
+    `N.m`, if there is one only."""
+    found = []
+    for side, ratio in ((sides[0], unit.divide(*differ[::-1])), (sides[1], unit.divide(*differ))):
+        every = [] if side is None or isinstance(side, str) else [*factors(side)]
+        for e in every if len(every) > 1 else ():
+            name = e.name if isinstance(e, flat.Reference) and "." not in e.name else ""
+            text, own = declared.get(name, ""), units.get(name)
+            if own is not None and _COMPOUND.search(text):
+                fitting = unit.unit_text(unit.multiply(own, ratio)[:-1])
+                found.append(f"`{name}` is declared in `{text}`: `{fitting}` would make them agree")
+    return found[0] if len(found) == 1 else None
 
 
 def terms(e: flat.Expression) -> Iterator[flat.Expression]:

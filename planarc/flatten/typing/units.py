@@ -42,6 +42,7 @@ from planarc.flatten.typing.meant import (
     scale,
     terms,
     what_is_meant,
+    wrongly_declared,
 )
 from planarc.ir import flat
 from planarc.ir.flatwalk import inside
@@ -105,6 +106,7 @@ class Checker(Struct):
             found = next((r for r in ratios if r in _FACTORS), None)
             hint = found and f"they differ by a factor in `{found}`: look for {_FACTORS[found]}"
             hint = what_is_meant(self.units, (a, b), sides) or hint
+            hint = hint or wrongly_declared(self.units, self.declared, (a, b), sides)
         message = f"{what} have different units: `{first}` and `{second}`"
         self.found.append(Diagnostic("F330", message, span, Severity.WARNING, hint=hint))
 

@@ -24,13 +24,13 @@ from planarc.solve.messages.trouble import Unsolved
 def jammed(
     found: Unsolved, program: Program, kernel: Kernel, components: Collection[str]
 ) -> Unsolved:
-    """At the slide that would let a crank go round if it were turned, else at the shortest bar."""
+    """At what would let a crank go round if it were changed, else at the shortest bar."""
     lengths = lengths_in_loop(program, kernel, components)
-    slide, otherwise = goes_round(program, kernel, components, lengths)
+    culprit, otherwise = goes_round(program, kernel, components, lengths)
     shortest = min(lengths, key=lambda name: lengths[name], default="")
     told = listed(f"`{name}` over {length:.4g} m" for name, length in lengths.items())
-    part = own_part(program, slide or shortest)
+    part = own_part(program, culprit or shortest)
     hint = "it is jammed here, as its parts do not reach where this leads"
     hint += f", {told}" if told else ""
-    hint += f": {f'{otherwise}; or ' if slide else ''}end the run before, or change lengths"
+    hint += f": {f'{otherwise}; or ' if culprit else ''}end the run before, or change lengths"
     return replace(found, span=part.span if part else found.span, hint=hint)

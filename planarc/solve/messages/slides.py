@@ -79,8 +79,9 @@ def square_on(
 def goes_round(
     program: Program, kernel: Kernel, components: Collection[str], lengths: Mapping[str, float]
 ) -> tuple[str, str]:
-    """The slide of a crank and a rod of some `lengths`, turned by a right angle, if the crank can
-    go round so and cannot as it is: its name, and what to do."""
+    """What lets the crank go round that with a rod of some `lengths` moves a slide, and cannot as
+    it is: the part to change, and what to do. A slide that is beside the crank rather than before
+    it is turned by a right angle, if that is enough; else the rod is too short."""
     mechanism, joints = program.mechanism, _loop(program, components)
     slides = _directions(program, kernel, joints)
     bearings = [j for j in joints if GROUND in j.links and j.name not in slides]
@@ -90,16 +91,25 @@ def goes_round(
     at = {c.name: c.sign * float(kernel.w[c.slot]) for c in program.columns}
     turning = {f.rpartition(".")[0] for f in mechanism.links[max(bearings[0].links)].frames}
     cranks = [bar for bar in lengths if bar in turning]
-    ends = [f"{joint}.frame_a.r[{i}]" for joint in (slide, bearings[0].name) for i in (1, 2)]
+    frames = (f"{slide}.frame_a", f"{slide}.frame_b", f"{bearings[0].name}.frame_a")
+    ends = [f"{frame}.r[{i}]" for frame in frames for i in (1, 2)]
     if len(lengths) != 2 or len(cranks) != 1 or not at.keys() >= {*ends}:
         return "", ""
-    x, y, u, v = (at[end] for end in ends)
-    (rod,) = (length for bar, length in lengths.items() if bar != cranks[0])
-    needs = [lengths[cranks[0]] + abs(_cross((u - x, v - y), e)) for e in (d, (-d[1], d[0]))]
-    if not needs[1] < rod <= needs[0]:
+    x, y, x_end, y_end, u, v = (at[end] for end in ends)
+    ((rod, length),) = ((bar, length) for bar, length in lengths.items() if bar != cranks[0])
+    across = (-d[1], d[0])
+    aside = [abs(_cross((u - x, v - y), e)) for e in (d, across)]
+    needs = [lengths[cranks[0]] + distance for distance in aside]
+    if length > needs[0]:
         return "", ""
-    n = entries(*_square(program, kernel, slide).values())
-    return slide, f"turn `{slide}`: with `n={n}`, `{cranks[0]}` can go round"
+    before = abs(_cross((x_end - u, y_end - v), across))
+    if needs[1] < length and aside[0] > before:
+        n = entries(*_square(program, kernel, slide).values())
+        return slide, f"turn `{slide}`: with `n={n}`, `{cranks[0]}` can go round"
+    beside = f", as `{slide}` passes {aside[0]:.4g} m beside its axis" if aside[0] else ""
+    return rod, (
+        f"for `{cranks[0]}` to go round, `{rod}` must be longer than {needs[0]:.4g} m{beside}"
+    )
 
 
 def _square(program: Program, kernel: Kernel, slide: str) -> dict[int, float]:
