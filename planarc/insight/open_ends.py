@@ -10,13 +10,15 @@ Of a hinge whose two neighbours are both connected to its `frame_b`, one belongs
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from math import hypot, sqrt
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, shortened
+from planarc.evaluate.declared import DeclaredValues
 from planarc.insight.attachment import is_open, open_apart, place
-from planarc.insight.connectors import find_connectors, find_frames, grouped, owner
+from planarc.insight.connectors import find_connectors, find_frames, find_pins, grouped, owner
 from planarc.insight.idle import find_elements
 from planarc.insight.sensors import hidden_connectors, zeros
 from planarc.ir.dae import Dae
@@ -25,6 +27,9 @@ from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import is_own, own_part
 
 _SHOWN = 4
+#: The radius of gyration of a body is so small a part of the rod on whose end it was to hang: that
+#: of a disc with a pointer is larger.
+_SMALL = 0.3
 _SECOND = "the second of them is connected here"
 
 
@@ -119,6 +124,7 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     connected = {f for names in dae.connections for f in names if not is_open(f, names)}
     heavy = {owner(p.name) for p in dae.parameters if p.name.endswith(".m")}
     joints = {joint.name for joint in mechanism.joints}
+    pins = find_pins(dae, mechanism)
     for link in mechanism.links[1:]:
         for end in (f for f in link.frames if f.count(".") == 1 and f not in connected):
             part = owner(end)
@@ -126,6 +132,8 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             if part in joints or len(inside) != 2:
                 continue
             hint, related = ("", ()) if part in heavy else _instead(dae, None, end, "")
+            if not hint and part not in heavy:
+                hint, related = _on_its_hinge(dae, end, inside, pins)
             if not hint:
                 hint, related = _on_its_twin(dae, end, inside, heavy)
             if not hint:
@@ -183,6 +191,29 @@ def _may_be_parted(dae: Dae, mechanism: Mechanism, joint: str, others: Sequence[
     return any(sets.find(frame) == sets.find("") for frame in others)
 
 
+def _on_its_hinge(
+    dae: Dae, end: str, inside: Sequence[str], pins: Collection[str]
+) -> tuple[str, tuple[Related, ...]]:
+    """What to do where a rod without mass begins at a hinge on whose axis the centre of a small
+    body is, which was to hang on the rod's open end; and where that is connected."""
+    values = DeclaredValues(dae)
+    (near,) = (f for f in inside if f != end)
+    length = values.named(f"{owner(end)}.r[1]", f"{owner(end)}.r[2]")
+    beside = (n for names in dae.connections if near in names for n in names)
+    hinge = next((n for n in beside if owner(n) in pins), "")
+    own = [c for c in dae.connects if hinge in (c.left, c.right) and is_own(dae, c.span)]
+    for connect in own:
+        body = owner(connect.right if connect.left == hinge else connect.left)
+        numbers = values.named(*(f"{body}.{n}" for n in ("m", "I", "r_CM[1]", "r_CM[2]")))
+        if length is None or numbers is None or numbers[0] <= 0 or any(numbers[2:]):
+            continue
+        if sqrt(numbers[1] / numbers[0]) < _SMALL * hypot(*length):
+            frame = next(n for n in (connect.left, connect.right) if owner(n) == body)
+            hint = f"write `connect({end}, {frame});`: `{body}` is on the axis of `{owner(hinge)}`"
+            return hint, (Related(f"`{body}` is connected here", connect.span),)
+    return "", ()
+
+
 def _on_its_twin(
     dae: Dae, end: str, inside: Sequence[str], heavy: set[str]
 ) -> tuple[str, tuple[Related, ...]]:
@@ -190,6 +221,7 @@ def _on_its_twin(
     two bodies; and where the second of these is connected."""
     (near,) = (f for f in inside if f != end)
     classes = {p.name: p.class_name for p in dae.parts}
+    elements = {*find_elements(dae)}
     beside = next((names for names in dae.connections if near in names), ())
     for there in beside:
         twin = owner(there)
@@ -198,7 +230,9 @@ def _on_its_twin(
         far = f"{twin}.{end.rpartition('.')[2]}"
         own = [c for c in dae.connects if far in (c.left, c.right) and is_own(dae, c.span)]
         bodies = [owner(c.right if c.left == far else c.left) for c in own]
-        if len(bodies) == 2 and heavy.issuperset(bodies):
+        classes_there = {classes.get(b) for b in bodies}
+        alike = len(classes_there) == 1 and elements.issuperset(bodies)
+        if len(bodies) == 2 and (heavy.issuperset(bodies) or alike):
             hint = f"{both(bodies)} are both connected to `{far}`: connect one of them to `{end}`"
             return f"{hint} instead", (
                 Related("the second of them is connected here", own[-1].span),

@@ -141,8 +141,9 @@ def too_far_apart(
     gap: Sequence[float],
 ) -> tuple[str, str]:
     """A sentence about the longest bar of a loop of pins, or its bearings on the ground, where all
-    other bars together do not reach from one end to the other, and the name of that bar; empty
-    where they do, or where a link is more than one bar.
+    other bars together do not reach from one end to the other, and the name of that bar, or of
+    another one that is shorter than its inertia suits; empty where they do, or where a link is
+    more than one bar.
 
     The workspace is where the loop is nearly as closed as can be; the bar that is `open_at` is seen
     longer or shorter by the `gap`, in m along both axes.
@@ -178,7 +179,19 @@ def too_far_apart(
     along = [f"the way from {o.replace(' and ', ' to ')}" if " and " in o else o for o in others]
     along = [f"{a} ({lengths[o]:.4g} m)" for a, o in zip(along, others, strict=True)]
     told = f"{longest} {verb} {length:.4g} m {what}, and {listed(along)} together {reach:.4g} m"
+    for bar in (o.strip("`") for o in others):
+        if _radius_of_gyration(program, kernel, bar) > lengths[f"`{bar}`"]:
+            return f"{told}; the inertia of `{bar}` suits a longer one", bar
     return told, longest.strip("`")
+
+
+def _radius_of_gyration(program: Program, kernel: Kernel, body: str) -> float:
+    """That of a body with mass and inertia, in m; 0 where there is none."""
+    slots = {p.name: p.slot for p in program.parameter_slots}
+    if not slots.keys() >= {f"{body}.m", f"{body}.I"}:
+        return 0.0
+    m, inertia = (float(kernel.w[slots[f"{body}.{n}"]]) for n in ("m", "I"))
+    return math.sqrt(max(inertia, 0.0) / m) if m > 0 else 0.0
 
 
 def _reaches(bar: str, link: Link, ends: Collection[str], at: Mapping[str, float]) -> bool:
