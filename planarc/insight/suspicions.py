@@ -9,6 +9,7 @@ Out:  warnings, in the order in which they are told
     copied        connections that were copied, of which not all was changed
     slipping      driven wheels without friction
     doubled       contacts that are twice there
+    triangles     hinges of a loop that is rigid
     hung          loads on the ground, or on an axis
     unguided      followers that a contact alone holds
     unsprung      bodies on which nothing acts
@@ -39,6 +40,7 @@ from planarc.insight.proportions import odd_proportions
 from planarc.insight.repelling import repelling_laws
 from planarc.insight.signals import find_misread
 from planarc.insight.slipping import slipping_wheels
+from planarc.insight.triangles import rigid_triangles
 from planarc.insight.unguided import unguided_followers
 from planarc.insight.unsprung import unsprung_bodies
 from planarc.ir.dae import Dae
@@ -64,7 +66,9 @@ def find_suspicions(
     doubts = (*copied_connections(dae), *slipping_wheels(dae, mechanism))
     doubts = doubts or tuple(doubled_contacts(dae))
     if held is None:
-        doubts = doubts or _first(dae, mechanism, bare_rods, loads_on_ground, loads_on_axes)
+        doubts = doubts or _first(
+            dae, mechanism, rigid_triangles, bare_rods, loads_on_ground, loads_on_axes
+        )
     doubts = doubts or _first(dae, mechanism, unguided_followers, unsprung_bodies)
     if not (found or drives or doubts or told):
         doubts = tuple(independent_mechanisms(dae, mechanism))
