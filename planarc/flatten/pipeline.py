@@ -38,6 +38,7 @@ from planarc.flatten.checks.prefixes import check_prefixes
 from planarc.flatten.checks.slips import find_slips
 from planarc.flatten.checks.tables import check_tables
 from planarc.flatten.checks.unheeded import check_unheeded
+from planarc.flatten.checks.unused import check_unused
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.connect.expand import check_absent, is_expandable
 from planarc.flatten.connect.rooting import redundant_unknowns
@@ -312,6 +313,7 @@ def _flatten(
         check_connectors(found.instances, session)
         check_unheeded(root, found.instances, connections, session)
         check_exchanged(connections, session)
+        check_unused(root, connections, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session, redundant)

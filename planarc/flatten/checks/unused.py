@@ -1,0 +1,67 @@
+"""Parameters of a model that nothing uses, and connections that are there twice.
+
+In:   the root instance, the connections
+Out:  notes F338, warnings F228
+
+A parameter that is declared and never read is a number that was written twice, once where it
+should have been read: changing it changes nothing. It is looked for in the whole text of the file,
+since what it sizes or switches is gone in the flat model. Only the model's own are told, of files
+that the user gave.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Diagnostic, Related, Severity
+from planarc.flatten.connect.connect import Connection
+from planarc.flatten.tree.nodes import Instance, Session
+from planarc.ir import syntax
+
+_SAID = re.compile(r'"(?:\\.|[^"\\])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
+
+
+def check_unused(root: Instance, connections: Sequence[Connection], session: Session) -> None:
+    _check_parameters(root, session)
+    _check_connections(root, connections, session)
+
+
+def _check_parameters(root: Instance, session: Session) -> None:
+    source = root.cls.definition.span.source
+    if source.name not in session.library.user_files():
+        return
+    text = _SAID.sub(" ", source.text)
+    for declared in root.scope().part.own.values():
+        if not isinstance(declared, syntax.Component) or declared.span.source is not source:
+            continue
+        if declared.variability is not syntax.Variability.PARAMETER or declared.prefixes.final:
+            continue
+        if len(re.findall(rf"\b{re.escape(declared.name)}\b", text)) == 1:
+            session.warnings.append(
+                Diagnostic(
+                    "F338",
+                    f"nothing uses the parameter `{declared.name}`",
+                    declared.span,
+                    Severity.NOTE,
+                    hint="write its name where its value is meant, or leave it out",
+                )
+            )
+
+
+def _check_connections(root: Instance, connections: Sequence[Connection], session: Session) -> None:
+    """The second of two equal connections of the model itself; mostly another part was meant."""
+    seen: dict[frozenset[str], Connection] = {}
+    for connection in connections:
+        pair = frozenset((connection.left.name, connection.right.name))
+        if connection.component != root.name or len(pair) != 2:
+            continue
+        if (first := seen.setdefault(pair, connection)) is not connection:
+            message = f"`{connection.left.name}` and `{connection.right.name}` are connected twice"
+            hint = "leave one out, or connect another part"
+            session.warn("F228", message, connection.span, hint)
+            if first.span.line != connection.span.line:
+                note = Related("the first time is here", first.span)
+                session.warnings[-1] = replace(session.warnings[-1], related=(note,))
