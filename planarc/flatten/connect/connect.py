@@ -113,7 +113,7 @@ def match_leaves(left: Side, right: Side, span: Span) -> Iterator[tuple[Member, 
         elif isinstance(a, Family) and isinstance(b, Family) and a.dims == b.dims:
             stack += reversed(list(zip(a.items, b.items, strict=True)))
         elif not (isinstance(a, Absent) and isinstance(b, Absent)):
-            raise _unlike(left, right, f"`{a.name}` and `{b.name}` are of different kind", span)
+            raise _unlike(left, right, _different(a, b), span)
 
 
 def _match_members(
@@ -124,7 +124,9 @@ def _match_members(
     missing = [n for n in names if n not in others] or [n for n in others if n not in names]
     if missing:
         owner = b if missing[0] in names else a
-        raise _unlike(left, right, f"`{owner.name}` has no `{missing[0]}`", span)
+        known = _kind(a) and _kind(b)
+        why = _different(a, b) if known else f"`{owner.name}` has no `{missing[0]}`"
+        raise _unlike(left, right, why, span)
     nodes = dict(member_nodes(b))
     return [(node, nodes[name]) for name, node in member_nodes(a)]
 
@@ -247,6 +249,18 @@ def _kind(connector: Leaf | Instance) -> str | None:
     if isinstance(connector, Leaf):
         return "signal"
     return _KINDS.get(frozenset(component_names(connector)))
+
+
+#: What connectors of these kinds are, in words.
+_WORDS = {"signal": "a signal", "turns": "a shaft", "slides": "a slide", "frame": "a frame"}
+
+
+def _different(a: Node, b: Node) -> str:
+    kinds = [_kind(node) if isinstance(node, Leaf | Instance) else None for node in (a, b)]
+    first, second = (_WORDS.get(kind or "") for kind in kinds)
+    if first is None or second is None:
+        return f"`{a.name}` and `{b.name}` are of different kind"
+    return f"the first is {first}, the second {second}"
 
 
 _KINDS = {
