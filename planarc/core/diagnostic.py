@@ -128,6 +128,15 @@ class Limited(Secondary):
     """That a controller is at its limit."""
 
 
+class Oversized(Secondary):
+    """That a part is far larger than its mechanism, which may be why it moves so fast."""
+
+
+class Sparse(Diagnostic):
+    """That the rows of a run do not show a motion, which is faster than it was meant where a part
+    is far too large."""
+
+
 class Massless(Diagnostic):
     """That nothing has a mass behind a joint, which may be why no start is found."""
 

@@ -76,7 +76,11 @@ def in_unit(name: str, text: str, unit: str) -> float | None:
     if factors(given) is None:
         raise _unfit(f"the unit `{given}` of `{name}` is not known", given, unit)
     if parse(unit) is None:
-        hint = f"write `{name}={number}`"
+        size, turns = _size(given)
+        plain = float(number) * float(size) * pi**turns
+        same = plain == float(number)
+        hint = f"write `{name}={number if same else f'{plain:.6g}'}`"
+        hint += "" if same else ", which it is in units of the SI"
         raise usage_error("C115", f"`{name}` takes a number without unit, not `{text}`", hint=hint)
     if _kind(given) != _kind(unit):
         raise _unfit(f"`{name}` takes {_wanted(unit)}, not `{text}`", given, unit)

@@ -21,7 +21,9 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from itertools import combinations
 
-from planarc.core.diagnostic import Bound, Locked, Severity
+from msgspec.structs import replace
+
+from planarc.core.diagnostic import Bound, Locked, Related, Severity
 from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
 from planarc.insight.attachment import ROLLING
@@ -194,6 +196,14 @@ def _at_near_end(
     )
     hint = f"connect `{onward}` to `{free}`, where `{part}` is to carry it; if both are to turn "
     hint += f"about one pin, connect them to each other, and `{part}` to one of them"
+    here = [c for c in dae.connects if end in (c.left, c.right) and is_own(dae, c.span)]
+    others = {c.right if c.left == end else c.left: c for c in here}
+    hung = {f: c for f, c in others.items() if owner(f) not in joints}
+    if len(hung) == 1:  # on whose frame the joint hangs
+        ((frame, connect),) = hung.items()
+        hint = f"write `connect({free}, {frame});`, so that `{part}` carries what is there"
+        there = Related(f"`{owner(frame)}` is connected here", connect.span)
+        return replace(_told_at(dae, part, message, hint), related=(there,))
     return _told_at(dae, part, message, hint)
 
 

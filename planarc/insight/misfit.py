@@ -133,6 +133,7 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | N
 
 
 _PLANE = 3  # motions in the plane, which the parts of a loop share
+_SHORTEST = 2  # joints of a loop of one body
 
 
 def overdriven(
@@ -144,12 +145,36 @@ def overdriven(
     drives = [name for name in own_names(dae, holders) if name in giving]
     moved = [find_loop(mechanism, j) for j in mechanism.joints if j.name in holders]
     joints = own_names(dae, (j.name for loop in moved for j in loop or ()))
+    if len(drives) == 1:
+        return _against_ground(dae, mechanism, holders, drives[0])
     if len(drives) < 2 or not joints:
         return None
     loop = listed(f"`{name}`" for name in joints)
     message = f"{both(drives)} drive one loop, that of {loop}: what one of them gives decides the "
     message += "motion of all"
     return message, place(dae, drives[-1].partition(".")[0]), "remove one of the drives"
+
+
+def _against_ground(
+    dae: Dae, mechanism: Mechanism, holders: Collection[str], drive: str
+) -> tuple[str, Span | None, str] | None:
+    """The same about a contact of what the drive turns with the ground, beside its one bearing."""
+    for contact in mechanism.joints:
+        if contact.conditions != 1 or contact.name not in holders or GROUND not in contact.links:
+            continue
+        loop = find_loop(mechanism, contact)
+        frame = next((f for f in contact.frames if f in mechanism.links[GROUND].frames), None)
+        if loop is None or len(loop) != _SHORTEST or frame is None:
+            continue
+        own = (c for c in dae.connects if is_own(dae, c.span) and frame in (c.left, c.right))
+        span = next((c.span for c in own), place(dae, contact.name.partition(".")[0]))
+        return (
+            f"`{contact.name}` presses what `{loop[1].name}` carries against the ground, so that "
+            f"`{drive}` cannot move it",
+            span,
+            f"connect `{frame}` to the part that is to follow, not to the ground",
+        )
+    return None
 
 
 def rigid_ring(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:

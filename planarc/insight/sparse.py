@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from planarc.core.diagnostic import Diagnostic, Severity
+from planarc.core.diagnostic import Diagnostic, Severity, Sparse
 from planarc.ir.once import once
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
@@ -61,7 +61,7 @@ def judge_sparse(result: Result) -> Iterator[Diagnostic]:
     part = own_part(result.program, name.rpartition(".")[0])
     apart = float(np.median(h))
     if part is not None and period < _SHOWING * apart:
-        yield Diagnostic(
+        yield Sparse(
             "R456",
             f"the rows lie {apart:.4g} s apart, and `{name}` goes to and fro about every "
             f"{period:.2g} s: they do not show how it moves",

@@ -62,8 +62,19 @@ def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
         else:
             many, one = (node.left, node.right) if isinstance(a, list) else (node.right, node.left)
             message = f"`{many}` is an array of connectors, `{one}` is a single one"
-            raise error("F310", message, node.span, hint=f"connect it to one of them: `{many}[1]`")
+            hint = f"connect it to one of them: `{many}[1]`"
+            given = a if isinstance(a, list) else b
+            assert isinstance(given, list)
+            if any(_takes(side) for side in given[1:]):
+                hint += ", and give the others a value, too"
+            raise error("F310", message, node.span, hint=hint)
     return found
+
+
+def _takes(side: Side | list[Side]) -> bool:
+    """Whether it is an input of a component, which needs a value."""
+    node = side.node if isinstance(side, Side) else None
+    return isinstance(node, Leaf) and node.causality is syntax.Causality.INPUT
 
 
 # Matching ----------------------------------------------------------------------------------

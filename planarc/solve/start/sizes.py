@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from planarc.core.diagnostic import Diagnostic, Secondary, Severity
+from planarc.core.diagnostic import Diagnostic, Oversized, Severity
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import WHEEL, Declared
 from planarc.ir.expr import Expr
@@ -77,7 +77,7 @@ def _told(
         name = part.name if part else declared.component
         if name not in told:
             told.add(name)
-            yield Secondary(
+            yield Oversized(
                 "R441",
                 f"`{name}` {message}",
                 part.span if part else None,
