@@ -256,6 +256,11 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
             hint += f"or a fourth one into the loop of {listed(f'`{name}`' for name in rigid)}, "
         hint += "unless a structure is meant"
     pair = _pair(mechanism)
+    fastened = () if pair or welds else tuple(_fastened(dae, mechanism, rigid))
+    if len(fastened) == 1:
+        hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
+        names = fastened[0].message.partition(" are ")[0]
+        hint += f"rigid: put a fourth one between {names}, unless a structure is meant"
     pins = find_pins(dae, mechanism)
     # A slide between two moving parts is there to move them.
     actuated = any(GROUND not in j.links and j.name not in pins for j in mechanism.joints)
@@ -277,7 +282,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
                 Related(f"`{a}` and `{b}` are connected without a joint", _connected_at(dae, a, b))
                 for a, b in (() if pair else welds[:3])
             ),
-            *(() if pair or welds else _fastened(dae, mechanism, rigid)),
+            *fastened,
         ),
     )
 

@@ -40,10 +40,14 @@ _SHOWN = 3
 
 def idle_parts(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     link_of = {f: i for i, link in enumerate(mechanism.links) for f in link.frames}
-    yield from _ends_together(dae, link_of)
+    together, spare = [*_ends_together(dae, link_of)], spare_ground(dae, mechanism)
+    if len(together) == len(spare) == 1:  # where one of its ends was to be
+        hint = f"connect one of them to `{spare[0].name}`, which carries nothing"
+        together, spare = [replace(together[0], hint=hint)], []
+    yield from together
     yield from _free_beside_joints(dae, mechanism, link_of)
     yield from _wheels_that_stand(dae, mechanism, link_of)
-    inside, spare = [*_inside_links(dae, mechanism, link_of)], spare_ground(dae, mechanism)
+    inside = [*_inside_links(dae, mechanism, link_of)]
     if len(inside) == len(spare) == 1:  # one of its ends was to be there
         (idle,), (ground,) = inside, spare
         note = carries_nothing(ground)

@@ -171,9 +171,11 @@ def _instead(
 
 
 def _may_be_parted(dae: Dae, mechanism: Mechanism, joint: str, others: Sequence[str]) -> bool:
-    """Whether two rigid parts at one end of a joint may belong to both of its ends. What a joint
-    or a spring carries there moves on the other part as it is; and where no way leads from them to
-    the ground, it is the ground that is missing."""
+    """Whether two rigid parts at one end may belong to both ends. What another joint or a spring
+    carries at the end of a joint moves on the other part as it is; and where no way leads from
+    them to the ground, it is the ground that is missing."""
+    if joint not in {j.name for j in mechanism.joints}:
+        return True
     elements = {*find_elements(dae)}
     if not (elements | {j.name for j in mechanism.joints}).isdisjoint(map(owner, others)):
         return False

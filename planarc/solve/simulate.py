@@ -115,6 +115,7 @@ def with_reason(
     if lock in (doubt, program.locked) or first.code == "R411" or rigid:  # the start is not wrong
         notes: tuple[Related, ...] = (Related(first.message, first.span),)
         notes = () if first.span == lock.span else notes
+        notes += lock.related
         found = replace(lock, code=first.code, severity=first.severity, related=notes)
         return NotAssembled((found, *others))
     if lock.related:  # parts are connected without a joint: lengths are hardly the reason

@@ -143,6 +143,39 @@ def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic |
     return Once("P101", message, type_, hint=hint, mend=Insert("redeclare "), kind=kind)
 
 
+#: What says how a variable varies, or what gives it its value.
+_PREFIXES = frozenset(("parameter", "constant", "discrete", "input", "output", "flow", "stream"))
+
+
+def _type_missing(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `parameter m = 0.5;`."""
+    words = trouble.tokens[max(trouble.at - 2, 0) : trouble.at]
+    if [w.text in _PREFIXES for w in words] != [True, False] or words[1].type != "IDENT":
+        return None
+    if trouble.token.text not in ("=", "(", ";") or trouble.open_bracket is not None:
+        return None
+    prefix, name = (w.text for w in words)
+    message = f"the type of `{name}` is missing"
+    return Diagnostic("P101", message, words[1].span, hint=f"write `{prefix} Real {name}`")
+
+
+def _prefix_behind_type(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    """Explain `Modelica.Units.SI.Length parameter L = 0.8;`."""
+    prefix, first = trouble.token, trouble.at - 1
+    if prefix.text not in _PREFIXES or trouble.open_bracket is not None or first < 0:
+        return None
+    if trouble.tokens[first].type != "IDENT" or trouble.tokens[trouble.at + 1].type != "IDENT":
+        return None
+    while trouble.tokens[first - 1].type == "DOT":
+        first -= 2
+    if trouble.on_new_line or first != trouble.begin:
+        return None
+    type_ = trouble.tokens[first].span.to(trouble.tokens[trouble.at - 1].span).text
+    message = f"`{prefix.text}` stands before the type"
+    hint = f"write `{prefix.text} {type_} {trouble.tokens[trouble.at + 1].text}`"
+    return Diagnostic("P101", message, prefix.span, hint=hint)
+
+
 #: Words after which the name of a class stands, or stands again.
 _NAMING = frozenset(
     ("model", "block", "class", "package", "function", "record", "connector", "type", "end")
@@ -169,6 +202,8 @@ def _name_of_two_words(trouble: Trouble, repair: Repair | None) -> Diagnostic | 
 DECLARATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
     _modifier_behind_value,
     _modified_type,
+    _type_missing,
+    _prefix_behind_type,
     _import_from,
     _import_as,
     _hyphen,
