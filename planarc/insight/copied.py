@@ -130,7 +130,9 @@ def _kind(end: str, classes: Mapping[str, str]) -> tuple[str, str]:
 
 def _match(kept: str, moved: str, part: str, sibling: str) -> bool:
     """Whether the names of two parts go with those of what they are to be connected to: by what
-    tells them apart, as in `bore2` and `piston2`, or by how they begin."""
+    tells them apart, as in `bore2` and `piston2`, or by how they begin, in letters of any size:
+    `rearHub` goes with `toRear`."""
+    kept, moved, part, sibling = (name.lower() for name in (kept, moved, part, sibling))
     one, two = _ways_apart(kept, moved)
     here, there = _ways_apart(part, sibling)
     if two and there and _begins(two, there) and _begins(one, here):
