@@ -7,6 +7,7 @@ Out:  bytes of the archive
     documentation/index.html        the same for people, with a picture
     extra/planarc/                  the model's text
     binaries/PLATFORM/NAME.so       the model as machine code; .dll, .dylib
+    resources/numbers.bin           what large models hold once for all of these
     sources/                        the same in C99, where it is wished
 
 Needs:     llvmlite
@@ -75,7 +76,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.image import take_image
-    from planarc.export.module import write_texts
+    from planarc.export.instance.stored import FILE
+    from planarc.export.module import write
     from planarc.export.objects import compile_all
 
     folders = _folders(wishes)
@@ -106,7 +108,11 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     # What people read is no list of numbers, nor what implicit steps ask for again and again.
     spelled = not (wishes.source or wishes.stiff)
-    modules = write_texts(program, image, entries, token, tolerance, slopes, spelled=spelled)
+    written = write(program, image, entries, token, tolerance, slopes, spelled=spelled,
+                    apart=not wishes.source)  # fmt: skip
+    modules = written.texts
+    if written.stored:
+        files[f"resources/{FILE}"] = written.stored
     if wishes.source:
         sources = library_sources(program, modules, entries, wishes.version)
         if wishes.version == 3:

@@ -45,6 +45,8 @@ class Own(IntEnum):
     NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
     DISCRETES = auto()  # slots of each discrete variable
     ROWS = auto()  # places that loops over equal statements read and set
+    STORED = auto()  # what the file of the model's numbers holds, where it has one
+    PACKED = auto()  # its part to unpack
     TEXT = auto()  # a message with its values, which stand behind it: no state
     HOST = auto()  # what the host wants to be told with each message
     LOGGER = auto()
@@ -194,7 +196,8 @@ class Table(IntEnum):
     JAMS = 22  # the number of the first message of touches (`Jam`)
     PACKED = 23  # whole numbers to unpack
     SLOPES = 24  # 1 where the model can be differentiated
-    POINTERS = 25  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    STORED = 25  # words of the file of numbers, 0: there is none
+    POINTERS = 26  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 class Shelf(IntEnum):
@@ -260,11 +263,13 @@ def make_plan(
     area: Mapping[int, int],
     values: int,
     lags: Lags | None = None,
+    packed: int = 0,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives; `rows`: numbers that loops share; `kept`: words that are remembered of
     touches; `area`: sizes of what is no state of them; `values`: most values of a message; `lags`:
-    those of the past of delayed signals."""
+    those of the past of delayed signals; `packed`: words of the file of numbers besides the image,
+    where there is one."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -313,6 +318,10 @@ def make_plan(
     room = begins[-1]
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
+    if packed:
+        behind = room + 1 + image - Own.PHASE
+        homes += [(int(Own.STORED), room), (int(Own.PACKED), behind)]
+        room = behind + packed
     return Plan(passing, room, image, tuple(homes), given)
 
 
