@@ -1,6 +1,7 @@
 """A model leaves the house: a compiled program as a file that other tools run without planarc.
 
 fmu         one call: a compiled model becomes an FMU
+idle        what nothing that it computes hangs on, which is left out
 refusal     what cannot be exported, told with its line
 plan        the memory of one instance, and what its code must know of the model
 actions     what the model does at events, as code

@@ -75,13 +75,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
+    from planarc.export.idle import without_idle
     from planarc.export.image import take_image
     from planarc.export.instance.stored import FILE
     from planarc.export.module import write
     from planarc.export.objects import compile_all
 
     folders = _folders(wishes)
-    program = restricted(compiled.program, wishes.parameters)
+    program = restricted(without_idle(compiled.program), wishes.parameters)
     refuse(program)
     image = replace(take_image(compiled), stiff=wishes.stiff)
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
