@@ -15,8 +15,10 @@ through a loader.
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
+from collections.abc import Sequence
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -30,12 +32,19 @@ from planarc.codegen.native.rolling import operations
 from planarc.codegen.native.runtime import runtime_text
 from planarc.codegen.native.spelled import Speller
 from planarc.core.data import Data
-from planarc.export.actions import action_functions, endings, errors, ordered_discretes, reader
+from planarc.export.actions import (
+    action_functions,
+    endings,
+    errors,
+    ordered_discretes,
+    reader,
+    spell_values,
+)
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.block import block_functions
+from planarc.export.instance.block import BYTE, block_functions, load_narrow
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
@@ -173,7 +182,7 @@ def write(
     speller, of_values = None, _NO_SLOPES
     if slopes is not None:
         if spelled and sum(map(operations, slopes.named(program.table)[0])) >= _LARGE:
-            speller = Speller(rows)
+            speller = Speller(rows, math.inf if apart else Speller(rows).most)
         of_values = slopes_ir(program, slopes, Scope.ALL, rows, speller)
     own, stored = _own(program, image, entries, token, tolerance, slopes, rows, derivatives,
                        speller, apart)  # fmt: skip
@@ -218,6 +227,8 @@ def _own(
     slopes: Slopes | None, rows: Rows, small: bool, speller: Speller | None, apart: bool,
 ) -> tuple[str, bytes]:  # fmt: skip
     """The model's functions, its tables and its messages; what stands in the file of numbers."""
+    # Whatever is spelled is so before the function that carries it out is written, by `ir`.
+    judged, felt = _asserts(program, speller), touch_functions(program, speller)
     functions = ir(program, small, rows if small else None, speller)
     tape = _NOTHING if slopes is None else slopes.tape()
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
@@ -240,7 +251,6 @@ def _own(
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
     texts = [("token", token), ("name", name)]
-    texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
     told = "\n".join(
         (
             functions,
@@ -249,10 +259,10 @@ def _own(
             numbers,
             table("px_seal", [seal]),
             action_functions(program),
-            touch_functions(program),
+            felt,
             delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),
-            _asserts(program),
-            _message(len(ends)),
+            judged,
+            _messages(ends, apart),
             values,
             subjects(program, entries.as_shown),
         )
@@ -341,29 +351,48 @@ def _bits(value: float) -> int:
     return found
 
 
-def _asserts(program: Program) -> str:
+def _asserts(program: Program, speller: Speller | None) -> str:
     """Which assertion fails first, counted from 1, or which condition that was left out."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
-    leaf = reader(program, frame.load(POINTER, Frame.W), t)
-    for i, assertion in enumerate(errors(program), 1):
-        truth = bit(c, formula(c, assertion.condition, leaf))
-        with c.when(~truth, leaves=True):
-            c.give(i)
+    conditions = [a.condition for a in errors(program)]
+    truths = Value(c, POINTER, "%truths")
+    if spell_values(program, conditions, speller, c, truths):
+        c.place(REAL, len(conditions), truths.text)
+        with c.loop(len(conditions)) as i, c.when(~bit(c, truths.load(REAL, i)), leaves=True):
+            c.give(c.flag(i + 1))
+    else:
+        leaf = reader(program, frame.load(POINTER, Frame.W), t)
+        for k, condition in enumerate(conditions, 1):
+            with c.when(~bit(c, formula(c, condition, leaf)), leaves=True):
+                c.give(k)
     first = len(endings(program)) + len(Jam) * len(Points(program).all) + 1
-    for i, slot in enumerate(misfit_slots(program), first):
+    for k, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):
-            c.give(i)
+            c.give(k)
     c.give(0)
     return c.text(SELDOM)
 
 
-def _message(count: int) -> str:
-    """The message of an assertion."""
+def _messages(texts: Sequence[str], together: bool) -> str:
+    """The messages of assertions and the like, by their numbers from 1; `together`: one behind the
+    other, which takes less code and is less easy to read."""
     c = Code("px_message", POINTER, ((FLAG, "number"),))
-    for i in range(1, count + 1):
-        with c.when(c.arguments[0].equals(i), leaves=True):
-            c.give(Value(c, POINTER, f"@px_message_{i}"))
+    number = c.arguments[0]
+    if together:
+        whole = "\0".join(texts)
+        constants = [text_constant("px_messages", whole)]
+        left, first = c.variable(number, FLAG), Value(c, POINTER, "@px_messages")
+        with c.loop(len(whole.encode())) as i:
+            with c.when(left.get().equals(1), leaves=True):
+                c.give(c.emit(POINTER, f"getelementptr i8, ptr {first.text}, i64 {i.text}"))
+            with c.when(load_narrow(c, BYTE, first, i).equals(0)):
+                left.set(left.get() - 1)
+    else:
+        constants = [text_constant(f"px_message_{i}", text) for i, text in enumerate(texts, 1)]
+        for k in range(1, len(texts) + 1):
+            with c.when(number.equals(k), leaves=True):
+                c.give(Value(c, POINTER, f"@px_message_{k}"))
     c.give(Value(c, POINTER, "null"))
-    return c.text(SELDOM)
+    return "\n".join((*constants, c.text(SELDOM)))

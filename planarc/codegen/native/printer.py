@@ -77,8 +77,6 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
-#: Lists whose statements are equal so often take less room as loops than spelled.
-REPEATED = 8
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -116,7 +114,7 @@ def ir(
         section("pc_zeros", results=True).text(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
-        seldom("pc_discrete").text(program.discrete),
+        section("pc_discrete", seldom=True).text(program.discrete),
         "" if speller is None else speller.text(),
     )
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
@@ -299,7 +297,7 @@ class _Section:
         loops, targets = self._loops, [let.target for let in lets]
         if not is_spelled(lets) or not loops.has_room([tuple(targets)]):
             return False
-        if repeats(lets, self._memory, self._shapes) > REPEATED:
+        if repeats(lets, self._memory, self._shapes) > self._speller.most:
             return False
         self._store({e: None for let in lets for e in postorder((let.value,)) if not e.args})
         for e in targets:
