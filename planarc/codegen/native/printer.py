@@ -35,7 +35,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from itertools import chain, compress, groupby, pairwise
@@ -171,6 +171,7 @@ class _Section:
         self._slot = slot
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else
+        self._out = c.arguments[-1]  # where results stand
         self._turns: dict[Expr, Value] = {}  # the memory of each angle that is turned
         #: The register whose angle it holds here, and the sine and cosine.
         self._turned: dict[Expr, tuple[str, dict[str, Value]]] = {}
@@ -304,7 +305,7 @@ class _Section:
             self._values.pop(e, None)
         loops.hold(e for e in targets if e not in self._results and self._slot(e) is None)
         null = Value(self._code, POINTER, "null")
-        results = self._code.arguments[2] if self._results else null
+        results = self._out if self._results else null
         numbers = [self._code.constant(n, INT) for n in self._speller.spell(lets, self._home)]
         self._code.run("pc_carry_out", self._frame, self._time, results,
                        loops.memory if loops.places else null, *numbers)  # fmt: skip
@@ -339,7 +340,7 @@ class _Section:
         self._break()
         value = self._turn(let.value) if self._is_turned(let) else self._value(let.value)
         if let.target in self._results:
-            self._code.arguments[2].store(real(self._code, value), self._results[let.target])
+            self._out.store(real(self._code, value), self._results[let.target])
             return
         slot = self._slot(let.target)
         self._values[let.target] = value
@@ -422,7 +423,7 @@ class _Section:
     def _place(self, column: Column) -> tuple[Value, int]:
         loops, slots = self._loops, [self._slot(e) for e in column]
         if column[0] in self._results:
-            return loops.at(self._code.arguments[2], [self._results[e] for e in column])
+            return loops.at(self._out, [self._results[e] for e in column])
         found = [s for s in slots if s is not None]
         if found:
             return loops.at(self._w, found)
@@ -550,17 +551,29 @@ class _Section:
 
     def _work(self, block: int, code: BlockCode) -> None:
         """Residuals and Jacobian into the area; what is set here is not known behind."""
+        n, matrix = len(code.tears), self._placement.jacobian(block)
+        found = dict(enumerate(code.residuals, self._placement.residuals(block)))
+        found |= {matrix + i * n + j: value for i, j, value in code.jacobian}
         with self._aside():
-            self._write((*code.body[code.inner :], *code.jacobian_body))
-            c = self._code
-            at, n = self._placement.residuals(block), len(code.tears)
-            for i, r in enumerate(code.residuals):
-                self._area.store(real(c, self._leaf(r)), at + i)
-            at = self._placement.jacobian(block)
-            for i, j, value in code.jacobian:
-                self._area.store(real(c, self._value(value)), at + i * n + j)
+            self._write_into(self._area, (*code.body[code.inner :], *code.jacobian_body), found)
             if code.tangent is not None:
                 self._columns(block, code)
+
+    def _write_into(
+        self, out: Value, statements: Sequence[Statement], found: Mapping[int, Expr]
+    ) -> None:
+        """Statements, then values by their places in an array; where code shall be small, these are
+        statements, too, of which equal ones become loops."""
+        if not self._small:
+            self._write(statements)
+            for at, e in found.items():
+                out.store(real(self._code, self._value(e)), at)
+            return
+        symbol, before = self._program.table.symbol, (self._results, self._out)
+        lets = {symbol(f"$out({at})"): Let(symbol(f"$out({at})"), e) for at, e in found.items()}
+        self._results, self._out = dict(zip(lets, found, strict=True)), out
+        self._write((*statements, *lets.values()))
+        self._results, self._out = before
 
     def _columns(self, block: int, code: BlockCode) -> None:
         """The Jacobian, some columns at a time. Entries that are always zero are so from the
