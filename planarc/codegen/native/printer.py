@@ -59,6 +59,7 @@ from planarc.codegen.native.rolling import (
 )
 from planarc.codegen.native.shapes import Shapes, is_number
 from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
+from planarc.codegen.native.summing import Sums
 from planarc.codegen.native.turning import (
     NUMBERS,
     angles,
@@ -283,7 +284,8 @@ class _Section:
             return e if slot is None else slot
 
         if self._small:
-            return roll_gathered(statements, self._memory, place, self._shapes)
+            sums = Sums(self._program.table, self._loops.kept)
+            return roll_gathered(statements, self._memory, place, self._shapes, sums)
         return roll(statements, self._memory, self._seldom, self._shapes)
 
     def _memory(self, e: Expr) -> int:
@@ -398,7 +400,8 @@ class _Section:
         """Whether anything reads it but the group itself, so often each time."""
         if column[0] in self._results or self._slot(column[0]) is not None:
             return True
-        return any(self._reads()[e] > inside for e in column)
+        reads = self._reads()
+        return any(reads[e] > inside or e not in reads for e in column)
 
     def _store(self, column: Iterable[Expr]) -> None:
         """Temporaries that are in registers into memory, for a loop that reads them."""
