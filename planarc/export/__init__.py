@@ -9,6 +9,7 @@ fits        what was left out of redundant joints
 touches     what its rigid contacts read and set
 image       its first content: the assembly found here, at export
 module      the code as LLVM modules
+parted      what of it calls the host, or is called by it, and the rest
 objects     their machine code, for a kind of processor
 instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
