@@ -145,7 +145,7 @@ declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
 """
 _TABLES = (
-    *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "angles"),
+    *("plan", "image", "token", "name", "open", "stay", "follow", "angles"),
     *("nominals", "system", "wanted", "starts", "packed", "seal", "relations", "sampled"),
     "quiet_slots",
     "touches",
@@ -232,7 +232,8 @@ def _own(
     functions = ir(program, small, rows if small else None, speller)
     tape = _NOTHING if slopes is None else slopes.tape()
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
-    unpacked = [*nodes_of(program, slopes), *discretes, *rows.numbers, *tape]
+    settable = rules(program, image.held, tunable_parameters(program))
+    unpacked = [*nodes_of(program, slopes), *settable, *discretes, *rows.numbers, *tape]
     touches = len(Points(program).all)
     lags = image.lags
     planned = partial(make_plan, program, image.held, len(image.scales), tape, len(rows.numbers),
@@ -323,7 +324,6 @@ def _tables(
             table("px_system", image.system),
             table("px_wanted", (start for _, start in made.given)),
             table("px_starts", (start for _, start in made.given)),
-            table("px_rules", rules(program, made.given, tunable_parameters(program))),
             table("px_relations", relations),
         )
     )

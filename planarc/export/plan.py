@@ -43,6 +43,7 @@ class Own(IntEnum):
     CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
     NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
+    RULES = auto()  # what may be set in each slot (`rules`)
     DISCRETES = auto()  # slots of each discrete variable
     ROWS = auto()  # places that loops over equal statements read and set
     STORED = auto()  # what the file of the model's numbers holds, where it has one
@@ -230,7 +231,7 @@ STAGES = 10
 #: Room for a message with its values put in.
 LETTERS = 512
 
-#: Values that `px_rules` gives a slot.
+#: Values that `rules` gives a slot.
 NEVER, PARAMETER, WHOLE_PARAMETER, TUNABLE, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 4, 16
 
 
@@ -311,7 +312,8 @@ def make_plan(
         past[Shelf.WORK] = room + len(Memory) + len(Shelf)
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
-    unpacked = {Own.NODES: program.size, Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
+    unpacked = {Own.NODES: program.size, Own.RULES: program.size,
+                Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
                 passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]

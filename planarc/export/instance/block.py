@@ -261,7 +261,7 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         c.give(2)
     with c.when(~((value - value).equals(0.0)), leaves=True):
         c.give(3)
-    rule = constant(c, "px_rules").load(INT, slot)
+    rule = m.load(POINTER, Own.RULES).load(INT, slot)
     negative = (own(reference) - slot * 8 - kind * 2).equals(1)
     wanted = c.select(negative, c.constant(0.0, REAL) - value, value)
     with c.when(rule.equals(INPUT), leaves=True):

@@ -125,7 +125,7 @@ def _part(c: Code, m: Value, wanted: Value, part: Value, apart: bool) -> None:
     """A part of the way from the values at export to those that the host wants."""
     w, _, _, _ = open_frame(m)
     before = image(c, m, apart).at(plan(c, Table.WORKSPACE))
-    rules = constant(c, "px_rules")
+    rules = m.load(POINTER, Own.RULES)
 
     def between(slot: Value, end: Value) -> Value:
         start = before.load(REAL, slot)
