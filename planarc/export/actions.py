@@ -25,6 +25,8 @@ from planarc.codegen.native.assembly import (
     table,
 )
 from planarc.codegen.native.formulas import bit, formula, real
+from planarc.codegen.native.rolling import SHORTEST_SELDOM
+from planarc.codegen.native.spelled import Home, Speller, is_spelled
 from planarc.export.instance.settling import ACTED, discrete
 from planarc.export.plan import Own
 from planarc.ir.dae import (
@@ -38,7 +40,7 @@ from planarc.ir.dae import (
 )
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
-from planarc.ir.program import DiscreteSlot, Program
+from planarc.ir.program import DiscreteSlot, Let, Program
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
 
@@ -94,15 +96,38 @@ def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
     """Leaves of a formula from the workspace."""
 
     def leaf(e: Expr) -> Value:
-        if e.op is Op.TIME:
-            return t
-        slot = program.slots.get(repr(e))
-        if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
-            slot = program.slots[e.data]
-        assert slot is not None, f"`{e}` has no value here"
-        return w.load(REAL, slot)
+        return t if e.op is Op.TIME else w.load(REAL, slot_of(program, e))
 
     return leaf
+
+
+def slot_of(program: Program, e: Expr) -> int:
+    """Where a leaf stands in the workspace."""
+    slot = program.slots.get(repr(e))
+    if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
+        slot = program.slots[e.data]
+    assert slot is not None, f"`{e}` has no value here"
+    return slot
+
+
+def spell_values(
+    program: Program, formulas: Sequence[Expr], speller: Speller | None, c: Code, out: Value
+) -> bool:
+    """Whether a function of an instance and a time, `c`, has the formulas carried out: their values
+    stand in an array then."""
+    results = {program.table.symbol(f"$value({i})"): i for i in range(len(formulas))}
+    lets = list(map(Let, results, formulas))
+    if speller is None or len(lets) < SHORTEST_SELDOM or not is_spelled(lets):
+        return False
+
+    def place(e: Expr) -> tuple[Home, int]:
+        i = results.get(e)
+        return (Home.WORKSPACE, slot_of(program, e)) if i is None else (Home.RESULTS, i)
+
+    m, t = c.arguments[:2]
+    first, count = (c.constant(n, INT) for n in speller.spell(lets, place))
+    c.run("pc_carry_out", m, t, out, Value(c, POINTER, "null"), first, count)
+    return True
 
 
 def action_functions(program: Program) -> str:

@@ -7,6 +7,7 @@ Out:  bytes of the archive
     documentation/index.html        the same for people, with a picture
     extra/planarc/                  the model's text
     binaries/PLATFORM/NAME.so       the model as machine code; .dll, .dylib
+    resources/numbers.bin           what large models hold once for all of these
     sources/                        the same in C99, where it is wished
 
 Needs:     llvmlite
@@ -74,12 +75,14 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
+    from planarc.export.idle import without_idle
     from planarc.export.image import take_image
-    from planarc.export.module import write_texts
+    from planarc.export.instance.stored import FILE
+    from planarc.export.module import write
     from planarc.export.objects import compile_all
 
     folders = _folders(wishes)
-    program = restricted(compiled.program, wishes.parameters)
+    program = restricted(without_idle(compiled.program), wishes.parameters)
     refuse(program)
     image = replace(take_image(compiled), stiff=wishes.stiff)
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
@@ -106,7 +109,11 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     # What people read is no list of numbers, nor what implicit steps ask for again and again.
     spelled = not (wishes.source or wishes.stiff)
-    modules = write_texts(program, image, entries, token, tolerance, slopes, spelled=spelled)
+    written = write(program, image, entries, token, tolerance, slopes, spelled=spelled,
+                    apart=not wishes.source)  # fmt: skip
+    modules = written.texts
+    if written.stored:
+        files[f"resources/{FILE}"] = written.stored
     if wishes.source:
         sources = library_sources(program, modules, entries, wishes.version)
         if wishes.version == 3:

@@ -6,13 +6,20 @@
     own       the model's functions      `codegen.native.printer`
               its tables, its image      here
 
+The image and the largest table are the same on all platforms: where they are long, an archive may
+hold them once, in a file (`instance.stored`).
+
 All functions but those of the interface are hidden, so that calls between them need no way
 through a loader.
 """
 
 from __future__ import annotations
 
+import math
 import struct
+import zlib
+from collections.abc import Sequence
+from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
@@ -24,12 +31,20 @@ from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.rolling import operations
 from planarc.codegen.native.runtime import runtime_text
 from planarc.codegen.native.spelled import Speller
-from planarc.export.actions import action_functions, endings, errors, ordered_discretes, reader
+from planarc.core.data import Data
+from planarc.export.actions import (
+    action_functions,
+    endings,
+    errors,
+    ordered_discretes,
+    reader,
+    spell_values,
+)
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.block import block_functions
+from planarc.export.instance.block import BYTE, block_functions, load_narrow
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
@@ -44,6 +59,7 @@ from planarc.export.instance.start import start_functions
 from planarc.export.instance.states import state_functions
 from planarc.export.instance.steps import step_functions
 from planarc.export.instance.stiff import stiff_functions
+from planarc.export.instance.stored import stored_bytes, stored_functions
 from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import (
     Jam,
@@ -85,6 +101,8 @@ define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {
 _LARGE = 350
 #: How many modules do not hang on the model alone.
 SHARED = 2
+#: So many bytes, packed, pay for a file.
+_MANY = 3000
 #: In the place of the kernel's.
 _SOLVER = """
 declare i32 @pc_solve(ptr, ptr, ptr, ptr, ptr, i64)
@@ -127,43 +145,64 @@ declare i64 @llvm.ctpop.i64(i64)
 declare i32 @pc_slopes_all(ptr, double, ptr)
 """
 _TABLES = (
-    *("plan", "image", "rules", "token", "name", "open", "stay", "follow", "angles"),
+    *("plan", "image", "token", "name", "open", "stay", "follow", "angles"),
     *("nominals", "system", "wanted", "starts", "packed", "seal", "relations", "sampled"),
     "quiet_slots",
     "touches",
 )
 
 
+class Written(Data):
+    """The modules as texts, and what is to stand in the file of numbers; nothing where the texts
+    hold all."""
+
+    texts: tuple[str, ...]
+    stored: bytes
+
+
 def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
+    """The modules as texts that hold all."""
+    return write(program, image, entries, token, tolerance, slopes, derivatives, spelled).texts
+
+
+def write(
+    program: Program, image: Image, entries: Entries, token: str, tolerance: float,
+    slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
+    apart: bool = False,
+) -> Written:  # fmt: skip
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged. `spelled`: large models carry out what runs seldom (`spelled`)."""
+    while something is dragged. `spelled`: large models carry out what runs seldom (`spelled`);
+    `apart`: many numbers may stand in a file."""
     rows = Rows(Own.ROWS)
     speller, of_values = None, _NO_SLOPES
     if slopes is not None:
         if spelled and sum(map(operations, slopes.named(program.table)[0])) >= _LARGE:
-            speller = Speller(rows)
+            speller = Speller(rows, math.inf if apart else Speller(rows).most)
         of_values = slopes_ir(program, slopes, Scope.ALL, rows, speller)
-    own = _own(program, image, entries, token, tolerance, slopes, rows, derivatives, speller)
-    shared = prune(_shared(program, entries, derivatives), {*entries.names, *calls_in(own)})
-    return shared, _solver(program), own, of_values
+    own, stored = _own(program, image, entries, token, tolerance, slopes, rows, derivatives,
+                       speller, apart)  # fmt: skip
+    shared = _shared(program, entries, derivatives, bool(stored))
+    shared = prune(shared, {*entries.names, *calls_in(own)})
+    return Written((shared, _solver(program), own, of_values), stored)
 
 
-def _shared(program: Program, entries: Entries, derivatives: bool) -> str:
+def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
     touches, delayed = bool(Points(program).all), bool(program.delays)
     events = uneventful_functions()
     if is_eventful(program):
         events = (*relation_functions(), *instant_functions(delayed), *settling_functions(),
-                  *event_functions(delayed, entries.tells), *end_functions())  # fmt: skip
+                  *event_functions(delayed, entries.tells, apart), *end_functions())  # fmt: skip
     functions = (
-        *block_functions(delayed),
+        *block_functions(delayed, apart),
+        *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),
         *said_functions(),
-        *start_functions(),
+        *start_functions(apart),
         *state_functions(),
         *step_functions(delayed),
         *events,
@@ -185,44 +224,55 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None, rows: Rows, small: bool, speller: Speller | None,
-) -> str:  # fmt: skip
-    """The model's functions, its tables and its messages."""
+    slopes: Slopes | None, rows: Rows, small: bool, speller: Speller | None, apart: bool,
+) -> tuple[str, bytes]:  # fmt: skip
+    """The model's functions, its tables and its messages; what stands in the file of numbers."""
+    # Whatever is spelled is so before the function that carries it out is written, by `ir`.
+    judged, felt = _asserts(program, speller), touch_functions(program, speller)
     functions = ir(program, small, rows if small else None, speller)
     tape = _NOTHING if slopes is None else slopes.tape()
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
-    unpacked = [*nodes_of(program, slopes), *discretes, *rows.numbers, *tape]
+    settable = rules(program, image.held, tunable_parameters(program))
+    unpacked = [*nodes_of(program, slopes), *settable, *discretes, *rows.numbers, *tape]
     touches = len(Points(program).all)
     lags = image.lags
-    plan = make_plan(program, image.held, len(image.scales), tape, len(rows.numbers),
-                     kept_words(touches), sizes(touches, program.state_count),
-                     most_values(program), lags)  # fmt: skip
+    planned = partial(make_plan, program, image.held, len(image.scales), tape, len(rows.numbers),
+                      kept_words(touches), sizes(touches, program.state_count),
+                      most_values(program), lags)  # fmt: skip
+    plan, packed = planned(), pack(unpacked)
+    seal = int.from_bytes(sha256(token.encode()).digest()[:7])
+    words = _image(program, image, plan, tolerance)
+    stored = stored_bytes([seal, *words, *packed]) if apart else b""
+    if len(zlib.compress(stored)) > _MANY:
+        plan, numbers = planned(len(packed)), ""
+    else:
+        stored, numbers = b"", table("px_image", words) + table("px_packed", packed)
     name = program.name.encode("ascii", "replace").decode()
     ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
     texts = [("token", token), ("name", name)]
-    texts += [(f"message_{i}", text) for i, text in enumerate(ends, 1)]
-    return "\n".join(
+    told = "\n".join(
         (
             functions,
             *(text_constant(f"px_{key}", text) for key, text in texts),
-            _tables(program, image, plan, tolerance, len(unpacked), slopes is not None),
-            table("px_packed", pack(unpacked)),
-            table("px_seal", [int.from_bytes(sha256(token.encode()).digest()[:7])]),
+            _tables(program, image, plan, len(unpacked), slopes is not None, len(stored) // 8),
+            numbers,
+            table("px_seal", [seal]),
             action_functions(program),
-            touch_functions(program),
+            felt,
             delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),
-            _asserts(program),
-            _message(len(ends)),
+            judged,
+            _messages(ends, apart),
             values,
             subjects(program, entries.as_shown),
         )
     )
+    return told, stored
 
 
 def _tables(
-    program: Program, image: Image, made: Plan, tolerance: float, unpacked: int, slopes: bool
+    program: Program, image: Image, made: Plan, unpacked: int, slopes: bool, stored: int
 ) -> str:
     from planarc.solve.states.selector import leaders_of, open_blocks
 
@@ -251,7 +301,7 @@ def _tables(
                len(program.relations) - len(image.timed), len(program.discretes),
                len(program.samplers), len(unknowns(program)), *reserved,
                sum(not b.linear for b in program.blocks), len(points.all),
-               len(endings(program)) + 1, unpacked, slopes)  # fmt: skip
+               len(endings(program)) + 1, unpacked, slopes, stored)  # fmt: skip
     relations = [
         n
         for i, r in enumerate(program.relations)
@@ -274,9 +324,7 @@ def _tables(
             table("px_system", image.system),
             table("px_wanted", (start for _, start in made.given)),
             table("px_starts", (start for _, start in made.given)),
-            table("px_rules", rules(program, made.given, tunable_parameters(program))),
             table("px_relations", relations),
-            table("px_image", _image(program, image, made, tolerance)),
         )
     )
 
@@ -303,29 +351,48 @@ def _bits(value: float) -> int:
     return found
 
 
-def _asserts(program: Program) -> str:
+def _asserts(program: Program, speller: Speller | None) -> str:
     """Which assertion fails first, counted from 1, or which condition that was left out."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
-    leaf = reader(program, frame.load(POINTER, Frame.W), t)
-    for i, assertion in enumerate(errors(program), 1):
-        truth = bit(c, formula(c, assertion.condition, leaf))
-        with c.when(~truth, leaves=True):
-            c.give(i)
+    conditions = [a.condition for a in errors(program)]
+    truths = Value(c, POINTER, "%truths")
+    if spell_values(program, conditions, speller, c, truths):
+        c.place(REAL, len(conditions), truths.text)
+        with c.loop(len(conditions)) as i, c.when(~bit(c, truths.load(REAL, i)), leaves=True):
+            c.give(c.flag(i + 1))
+    else:
+        leaf = reader(program, frame.load(POINTER, Frame.W), t)
+        for k, condition in enumerate(conditions, 1):
+            with c.when(~bit(c, formula(c, condition, leaf)), leaves=True):
+                c.give(k)
     first = len(endings(program)) + len(Jam) * len(Points(program).all) + 1
-    for i, slot in enumerate(misfit_slots(program), first):
+    for k, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):
-            c.give(i)
+            c.give(k)
     c.give(0)
     return c.text(SELDOM)
 
 
-def _message(count: int) -> str:
-    """The message of an assertion."""
+def _messages(texts: Sequence[str], together: bool) -> str:
+    """The messages of assertions and the like, by their numbers from 1; `together`: one behind the
+    other, which takes less code and is less easy to read."""
     c = Code("px_message", POINTER, ((FLAG, "number"),))
-    for i in range(1, count + 1):
-        with c.when(c.arguments[0].equals(i), leaves=True):
-            c.give(Value(c, POINTER, f"@px_message_{i}"))
+    number = c.arguments[0]
+    if together:
+        whole = "\0".join(texts)
+        constants = [text_constant("px_messages", whole)]
+        left, first = c.variable(number, FLAG), Value(c, POINTER, "@px_messages")
+        with c.loop(len(whole.encode())) as i:
+            with c.when(left.get().equals(1), leaves=True):
+                c.give(c.emit(POINTER, f"getelementptr i8, ptr {first.text}, i64 {i.text}"))
+            with c.when(load_narrow(c, BYTE, first, i).equals(0)):
+                left.set(left.get() - 1)
+    else:
+        constants = [text_constant(f"px_message_{i}", text) for i, text in enumerate(texts, 1)]
+        for k in range(1, len(texts) + 1):
+            with c.when(number.equals(k), leaves=True):
+                c.give(Value(c, POINTER, f"@px_message_{k}"))
     c.give(Value(c, POINTER, "null"))
-    return c.text(SELDOM)
+    return "\n".join((*constants, c.text(SELDOM)))

@@ -6,7 +6,8 @@ where a value is not moved between places. That are options of LLVM, which a who
 are set back behind each object.
 
 Systems that call functions in the same way share their objects (`SYSTEMS`): an object knows neither
-where its functions come from nor the form of its file.
+where its functions come from nor the form of its file. Windows, which calls in another way, shares
+with Linux what is called inside (`parted`).
 
 Needs:     llvmlite
 Promises:  the same texts give the same bytes.
@@ -29,6 +30,7 @@ from planarc.core.data import Data
 from planarc.export.instance.block import LARGER
 from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import SHARED, write_texts
+from planarc.export.parted import names_in, part
 from planarc.export.plan import Table
 from planarc.export.pruned import calls_in, numbers_of, without
 from planarc.runtime.link.objects import read_object
@@ -118,15 +120,26 @@ def compile_all(texts: Sequence[str], triples: Iterable[str]) -> dict[str, tuple
     numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
     called = {n for text in texts[1:] for n in calls_in(text)}
     fitting = [without(text, "px_plan", numbers) for text in shared]
+    parts = part(fitting[0])
+    names = [called | names_in(text) for text in parts]
+    shared_by = {system.inside for system in SYSTEMS.values()}
 
     @cache
     def own(triple: str) -> tuple[bytes, ...]:
         return tuple(_compiled(text, triple, _OWN_PASSES) for text in others)
 
+    @cache
+    def inner(triple: str) -> tuple[bytes, ...]:
+        return _kept(parts[0], triple, names[1]), _kept(fitting[1], triple, called), *own(triple)
+
     def all_of(triple: str) -> Iterator[bytes]:
         inside = SYSTEMS[triple].inside
-        own_way = map(called_inside, fitting) if inside else fitting
-        made = [*(_kept(text, triple, called) for text in own_way), *own(inside or triple)]
+        if not inside and triple not in shared_by:
+            yield from (_kept(text, triple, called) for text in fitting)
+            yield from own(triple)
+            return
+        outer = called_inside(parts[1]) if inside else parts[1]
+        made = [_kept(outer, triple, names[0]), *inner(inside or triple)]
         yield from made
         if inside:
             yield _compiled(ways(map(read_object, made)), triple)

@@ -43,8 +43,11 @@ class Own(IntEnum):
     CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
     NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
+    RULES = auto()  # what may be set in each slot (`rules`)
     DISCRETES = auto()  # slots of each discrete variable
     ROWS = auto()  # places that loops over equal statements read and set
+    STORED = auto()  # what the file of the model's numbers holds, where it has one
+    PACKED = auto()  # its part to unpack
     TEXT = auto()  # a message with its values, which stand behind it: no state
     HOST = auto()  # what the host wants to be told with each message
     LOGGER = auto()
@@ -194,7 +197,8 @@ class Table(IntEnum):
     JAMS = 22  # the number of the first message of touches (`Jam`)
     PACKED = 23  # whole numbers to unpack
     SLOPES = 24  # 1 where the model can be differentiated
-    POINTERS = 25  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    STORED = 25  # words of the file of numbers, 0: there is none
+    POINTERS = 26  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 class Shelf(IntEnum):
@@ -227,7 +231,7 @@ STAGES = 10
 #: Room for a message with its values put in.
 LETTERS = 512
 
-#: Values that `px_rules` gives a slot.
+#: Values that `rules` gives a slot.
 NEVER, PARAMETER, WHOLE_PARAMETER, TUNABLE, INPUT, FIRST_GIVEN = 0, 1, 2, 3, 4, 16
 
 
@@ -260,11 +264,13 @@ def make_plan(
     area: Mapping[int, int],
     values: int,
     lags: Lags | None = None,
+    packed: int = 0,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives; `rows`: numbers that loops share; `kept`: words that are remembered of
     touches; `area`: sizes of what is no state of them; `values`: most values of a message; `lags`:
-    those of the past of delayed signals."""
+    those of the past of delayed signals; `packed`: words of the file of numbers besides the image,
+    where there is one."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -306,13 +312,18 @@ def make_plan(
         past[Shelf.WORK] = room + len(Memory) + len(Shelf)
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
-    unpacked = {Own.NODES: program.size, Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
+    unpacked = {Own.NODES: program.size, Own.RULES: program.size,
+                Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
                 passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]
     room = begins[-1]
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
+    if packed:
+        behind = room + 1 + image - Own.PHASE
+        homes += [(int(Own.STORED), room), (int(Own.PACKED), behind)]
+        room = behind + packed
     return Plan(passing, room, image, tuple(homes), given)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-_FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\(.*?^}\n?", re.MULTILINE | re.DOTALL)
+FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\(.*?^}\n?", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"@(\w+)")
 _LOADED = (
     r"(%\w+) = getelementptr inbounds i64, ptr @{}, i64 (\d+)\n"
@@ -23,19 +23,19 @@ _LOADED = (
 
 def prune(text: str, wanted: Iterable[str]) -> str:
     """The text without functions that are not wanted, neither by themselves nor by others."""
-    calls = {f[1]: _NAME.findall(f[0]) for f in _FUNCTION.finditer(text)}
+    calls = {f[1]: _NAME.findall(f[0]) for f in FUNCTION.finditer(text)}
     found, todo = set(), list(wanted)
     while todo:
         name = todo.pop()
         if name in calls and name not in found:
             found.add(name)
             todo += calls[name]
-    return _FUNCTION.sub(lambda f: f[0] if f[1] in found else "", text)
+    return FUNCTION.sub(lambda f: f[0] if f[1] in found else "", text)
 
 
 def calls_in(text: str) -> set[str]:
     """The functions that those of a text call."""
-    return {name for f in _FUNCTION.finditer(text) for name in _NAME.findall(f[0])}
+    return {name for f in FUNCTION.finditer(text) for name in _NAME.findall(f[0])}
 
 
 def without(text: str, table: str, numbers: Sequence[int]) -> str:

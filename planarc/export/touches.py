@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.formulas import formula, real
+from planarc.codegen.native.spelled import Speller
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.actions import reader
+from planarc.export.actions import reader, spell_values
 from planarc.export.instance.contact.area import Reads
 from planarc.export.plan import Jam, Touch
 from planarc.ir.frame import Frame
@@ -19,8 +20,8 @@ from planarc.solve.contact import messages
 from planarc.solve.contact.touches import Points
 
 
-def touch_functions(program: Program) -> str:
-    """The function and the table."""
+def touch_functions(program: Program, speller: Speller | None = None) -> str:
+    """The function, by a `speller` carried out, and the table."""
     points = Points(program)
     rows = [
         n
@@ -29,11 +30,11 @@ def touch_functions(program: Program) -> str:
     ]
     c = Code("px_feel", "void", ((POINTER, "m"), (REAL, "t"), (POINTER, "out")))
     m, t, out = c.arguments
-    leaf = reader(program, m.load(POINTER, Frame.W), t)
-    for which in Reads:
-        for i, touch in enumerate(points.all):
-            value = real(c, formula(c, touch.read[which.name.lower()], leaf))
-            out.store(value, int(which) * len(points.all) + i)
+    read = [touch.read[which.name.lower()] for which in Reads for touch in points.all]
+    if not spell_values(program, read, speller, c, out):
+        leaf = reader(program, m.load(POINTER, Frame.W), t)
+        for i, e in enumerate(read):
+            out.store(real(c, formula(c, e, leaf)), i)
     c.give()
     return c.text(SELDOM) + table("px_touches", rows)
 

@@ -75,3 +75,45 @@ def test_functions_inside_are_marked_and_no_others() -> None:
     marked = called_inside(text).splitlines()
     assert [i for i, line in enumerate(marked) if "x86_64_sysvcc" in line] == [0, 4, 5]
     assert marked[5] == "  %v4 = call x86_64_sysvcc i32 @px_step(ptr %m)"
+
+
+OPENING = """
+declare ptr @fopen(ptr, ptr)
+define ptr @pc_opened(ptr %name) {
+  %a = call ptr @fopen(ptr %name, ptr null)
+  ret ptr %a
+}
+"""
+#: Windows' functions; there is memory at one place.
+SYSTEM = """
+define ptr @calloc(i64 %count, i64 %size) {{
+  ret ptr inttoptr (i64 {room} to ptr)
+}}
+define void @free(ptr %a) {{
+  ret void
+}}
+define ptr @_wfopen(ptr %name, ptr %mode) {{
+  %a = load i16, ptr %mode
+  %b = zext i16 %a to i64
+  %c = getelementptr i8, ptr %name, i64 %b
+  ret ptr %c
+}}
+"""
+
+
+@pytest.mark.skipif(not PLACES or platform.machine() != "x86_64", reason="another processor")
+@pytest.mark.parametrize("name", ("C:/a b", "\xe4", "\u20ac/\U0001f600.bin", "x" * 3000))
+def test_names_of_files_are_told_windows_in_its_letters(name: str) -> None:
+    inside = read_object(_compiled(OPENING, LINUX))
+    objects = by_ways([inside, read_object(_compiled(ways([inside]), WINDOWS))])
+    room = (ctypes.c_uint16 * 4096)()
+    address = ctypes.addressof(room)
+    outside = read_object(_compiled(SYSTEM.format(room=address), WINDOWS))
+    joined = join(put_together([*objects, outside]), lambda length: length)
+    memory, start = put(joined.code)
+    opened = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p)(
+        start + joined.functions["pc_opened"]
+    )
+    assert opened(name.encode()) == address + ord("r")
+    assert bytes(room).decode("utf-16-le").rstrip("\0") == name
+    del memory  # not before

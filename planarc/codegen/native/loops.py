@@ -34,6 +34,8 @@ class Loops:
         self._code, self._name = code, name
         self.memory = Value(code, POINTER, "%memory")
         self.places: dict[Expr, int] = {}  # in the memory
+        self._homes: dict[Expr, int] = {}  # the same, of sums only the first
+        self.kept: dict[Expr, Expr] = {}  # sums that stand in the place of another one (`summing`)
         self._own = self._rows = Rows()
         self._begin = Value(code, POINTER, f"@{name}_rows")
         if shared is not None:
@@ -43,12 +45,15 @@ class Loops:
         self._pointers: dict[tuple[str, tuple[int, ...]], Value] = {}
 
     def has_room(self, columns: Sequence[Column]) -> bool:
-        return len(self.places) + sum(map(len, columns)) <= MOST
+        return len(self._homes) + sum(map(len, columns)) <= MOST
 
     def hold(self, temporaries: Iterable[Expr]) -> None:
         """Make room for them."""
         for e in temporaries:
-            self.places.setdefault(e, len(self.places))
+            first = self.kept.get(e, e)
+            if first not in self._homes:
+                self._homes[first] = len(self._homes)
+            self.places[e] = self._homes[first]
 
     @contextmanager
     def run(self, times: int) -> Iterator[None]:
@@ -87,7 +92,7 @@ class Loops:
     def text(self) -> str:
         """The constants, where there are some; the function's memory has its size from here on."""
         if self.places:
-            self._code.place(REAL, len(self.places), self.memory.text)
+            self._code.place(REAL, len(self._homes), self.memory.text)
         own = {"rows": self._own, "numbers": self._numbers}
         return "".join(
             table(f"{self._name}_{kind}", rows.numbers)

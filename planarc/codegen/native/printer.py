@@ -35,7 +35,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from itertools import chain, compress, groupby, pairwise
@@ -59,6 +59,7 @@ from planarc.codegen.native.rolling import (
 )
 from planarc.codegen.native.shapes import Shapes, is_number
 from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
+from planarc.codegen.native.summing import Sums
 from planarc.codegen.native.turning import (
     NUMBERS,
     angles,
@@ -77,8 +78,6 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
-#: Lists whose statements are equal so often take less room as loops than spelled.
-REPEATED = 8
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -116,7 +115,7 @@ def ir(
         section("pc_zeros", results=True).text(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
-        seldom("pc_discrete").text(program.discrete),
+        section("pc_discrete", seldom=True).text(program.discrete),
         "" if speller is None else speller.text(),
     )
     return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
@@ -173,6 +172,7 @@ class _Section:
         self._slot = slot
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else
+        self._out = c.arguments[-1]  # where results stand
         self._turns: dict[Expr, Value] = {}  # the memory of each angle that is turned
         #: The register whose angle it holds here, and the sine and cosine.
         self._turned: dict[Expr, tuple[str, dict[str, Value]]] = {}
@@ -284,7 +284,8 @@ class _Section:
             return e if slot is None else slot
 
         if self._small:
-            return roll_gathered(statements, self._memory, place, self._shapes)
+            sums = Sums(self._program.table, self._loops.kept)
+            return roll_gathered(statements, self._memory, place, self._shapes, sums)
         return roll(statements, self._memory, self._seldom, self._shapes)
 
     def _memory(self, e: Expr) -> int:
@@ -299,14 +300,14 @@ class _Section:
         loops, targets = self._loops, [let.target for let in lets]
         if not is_spelled(lets) or not loops.has_room([tuple(targets)]):
             return False
-        if repeats(lets, self._memory, self._shapes) > REPEATED:
+        if repeats(lets, self._memory, self._shapes) > self._speller.most:
             return False
         self._store({e: None for let in lets for e in postorder((let.value,)) if not e.args})
         for e in targets:
             self._values.pop(e, None)
         loops.hold(e for e in targets if e not in self._results and self._slot(e) is None)
         null = Value(self._code, POINTER, "null")
-        results = self._code.arguments[2] if self._results else null
+        results = self._out if self._results else null
         numbers = [self._code.constant(n, INT) for n in self._speller.spell(lets, self._home)]
         self._code.run("pc_carry_out", self._frame, self._time, results,
                        loops.memory if loops.places else null, *numbers)  # fmt: skip
@@ -341,7 +342,7 @@ class _Section:
         self._break()
         value = self._turn(let.value) if self._is_turned(let) else self._value(let.value)
         if let.target in self._results:
-            self._code.arguments[2].store(real(self._code, value), self._results[let.target])
+            self._out.store(real(self._code, value), self._results[let.target])
             return
         slot = self._slot(let.target)
         self._values[let.target] = value
@@ -399,7 +400,8 @@ class _Section:
         """Whether anything reads it but the group itself, so often each time."""
         if column[0] in self._results or self._slot(column[0]) is not None:
             return True
-        return any(self._reads()[e] > inside for e in column)
+        reads = self._reads()
+        return any(reads[e] > inside or e not in reads for e in column)
 
     def _store(self, column: Iterable[Expr]) -> None:
         """Temporaries that are in registers into memory, for a loop that reads them."""
@@ -424,7 +426,7 @@ class _Section:
     def _place(self, column: Column) -> tuple[Value, int]:
         loops, slots = self._loops, [self._slot(e) for e in column]
         if column[0] in self._results:
-            return loops.at(self._code.arguments[2], [self._results[e] for e in column])
+            return loops.at(self._out, [self._results[e] for e in column])
         found = [s for s in slots if s is not None]
         if found:
             return loops.at(self._w, found)
@@ -552,17 +554,29 @@ class _Section:
 
     def _work(self, block: int, code: BlockCode) -> None:
         """Residuals and Jacobian into the area; what is set here is not known behind."""
+        n, matrix = len(code.tears), self._placement.jacobian(block)
+        found = dict(enumerate(code.residuals, self._placement.residuals(block)))
+        found |= {matrix + i * n + j: value for i, j, value in code.jacobian}
         with self._aside():
-            self._write((*code.body[code.inner :], *code.jacobian_body))
-            c = self._code
-            at, n = self._placement.residuals(block), len(code.tears)
-            for i, r in enumerate(code.residuals):
-                self._area.store(real(c, self._leaf(r)), at + i)
-            at = self._placement.jacobian(block)
-            for i, j, value in code.jacobian:
-                self._area.store(real(c, self._value(value)), at + i * n + j)
+            self._write_into(self._area, (*code.body[code.inner :], *code.jacobian_body), found)
             if code.tangent is not None:
                 self._columns(block, code)
+
+    def _write_into(
+        self, out: Value, statements: Sequence[Statement], found: Mapping[int, Expr]
+    ) -> None:
+        """Statements, then values by their places in an array; where code shall be small, these are
+        statements, too, of which equal ones become loops."""
+        if not self._small:
+            self._write(statements)
+            for at, e in found.items():
+                out.store(real(self._code, self._value(e)), at)
+            return
+        symbol, before = self._program.table.symbol, (self._results, self._out)
+        lets = {symbol(f"$out({at})"): Let(symbol(f"$out({at})"), e) for at, e in found.items()}
+        self._results, self._out = dict(zip(lets, found, strict=True)), out
+        self._write((*statements, *lets.values()))
+        self._results, self._out = before
 
     def _columns(self, block: int, code: BlockCode) -> None:
         """The Jacobian, some columns at a time. Entries that are always zero are so from the

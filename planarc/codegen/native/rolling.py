@@ -14,7 +14,8 @@ rods in a row:
 
 so that LLVM compiles a group once. The order of statements stays, and with it each value
 to the last bit. Where code shall be small, as in files that leave the house, equal statements
-are brought together first (`roll_gathered`): each of them stays as it is, and so does its value.
+are brought together first (`roll_gathered`), and long sums may be taken apart (`summing`): each
+value stays as it is.
 
 Promises:  groups are equal in operations, exponents and functions, in which leaves are the
            same one, and in which have slots. Numbers are leaves.
@@ -30,6 +31,7 @@ from typing import TypeAlias
 from planarc.codegen.certain import is_hidden
 from planarc.codegen.native.gathering import gather
 from planarc.codegen.native.shapes import LEAVES, Shapes
+from planarc.codegen.native.summing import Sums
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, below
 from planarc.ir.program import Let, Statement
@@ -43,7 +45,11 @@ FEWEST, LEAST = 2, 12
 _LONGEST, _TRIED = 400, 8
 #: What is tried where equal statements are brought together: loops of so many times stay as they
 #: are.
-_KEPT = (6, 1 << 30)
+_ALL_APART = (1 << 30,)
+_KEPT = (6, *_ALL_APART)
+#: Sums are taken apart in lists that leave so many operations, where that leaves less than this
+#: part of them.
+_WORTH, _APART = 10000, 0.8
 #: What a loop costs in operations, and a place in its table.
 _LOOP, _ENTRY = 8, 0.2
 #: Statements are brought together where that leaves less than this part of their operations: what
@@ -86,20 +92,38 @@ def roll_gathered(
     home: Callable[[Expr], int],
     place: Callable[[Expr], Hashable],
     shapes: Shapes | None = None,
+    sums: Sums | None = None,
 ) -> Sequence[Statement | Roll]:
     """As `roll`, with equal statements brought together first (`gathering`), in the order that
     leaves least to compile. `place` tells where a value is kept: what reads there stays behind
-    what sets it. Blocks stay where they are."""
+    what sets it. Blocks stay where they are. `sums` are taken apart where that pays."""
     out: list[Statement | Roll] = []
     for is_let, found in groupby(statements, lambda s: isinstance(s, Let)):
         listed = [*found]
         rolled = is_let and len(listed) >= SHORTEST_SELDOM
         out += (
-            _gathered([s for s in listed if isinstance(s, Let)], home, place, shapes or Shapes())
+            _smallest(
+                [s for s in listed if isinstance(s, Let)], home, place, shapes or Shapes(), sums
+            )
             if rolled
             else listed
         )
     return out
+
+
+def _smallest(
+    lets: Sequence[Let],
+    home: Callable[[Expr], int],
+    place: Callable[[Expr], Hashable],
+    shapes: Shapes,
+    sums: Sums | None,
+) -> Sequence[Statement | Roll]:
+    whole, left = _gathered(lets, home, place, shapes, _KEPT)
+    if sums is None or left < _WORTH:
+        return whole
+    apart = sums.take_apart(lets)
+    found, cost = _gathered(apart, home, place, shapes, _ALL_APART)
+    return found if cost < _APART * left else whole
 
 
 def _gathered(
@@ -107,14 +131,16 @@ def _gathered(
     home: Callable[[Expr], int],
     place: Callable[[Expr], Hashable],
     shapes: Shapes,
-) -> Sequence[Statement | Roll]:
+    kept: Sequence[int],
+) -> tuple[Sequence[Statement | Roll], float]:
+    """The statements, and about the instructions that are left."""
     known = _kinds(lets, home, shapes)
     weight = {let: operations(let) for let in lets}
     weights = [weight[let] for let in lets]
     straight = _rolled_in(lets, known, range(len(lets)), [1] * len(lets))
     first = best = _rolled_in(lets, known, range(len(lets)), weights)
     least, before = _cost(best, weight), _before(lets, known[1], place)
-    for fewest in _KEPT:
+    for fewest in kept:
         units = _units(first, fewest)
         unit = [u for u, members in enumerate(units) for _ in members]
         kinds = [known[0][m[0]] if len(m) == 1 else -u for u, m in enumerate(units, 1)]
@@ -126,7 +152,8 @@ def _gathered(
         tried = _rolled_in(lets, known, order, weights)
         if (cost := _cost(tried, weight)) < least:
             best, least = tried, cost
-    return best if least < _PART * _cost(straight, weight) else straight
+    cost = _cost(straight, weight)
+    return (best, least) if least < _PART * cost else (straight, cost)
 
 
 def _units(listed: Sequence[Statement | Roll], fewest: int) -> list[range]:

@@ -101,10 +101,11 @@ def is_spelled(lets: Sequence[Let]) -> bool:
 
 
 class Speller:
-    """The rows of a library, and what carries them out."""
+    """The rows of a library, and what carries them out. Lists whose statements are equal `most`
+    times and more take less room as loops, where each library has rows of its own."""
 
-    def __init__(self, rows: Rows) -> None:
-        self.rows = rows
+    def __init__(self, rows: Rows, most: float = 8) -> None:
+        self.rows, self.most = rows, most
         self._used: set[int] = set()
         self._constants: dict[int, int] = {}  # by their bits
         self._deepest = 0

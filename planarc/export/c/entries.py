@@ -25,7 +25,7 @@ def functions() -> Entries:
     e = Entries(lambda *_: None)
     with e.plain("model_new", "", POINTER) as (c, _):
         null = Value(c, POINTER, "null")
-        c.give(c.call(POINTER, "px_new", null, null, whole(c, 0)))
+        c.give(c.call(POINTER, "px_new", null, null, whole(c, 0), null))
     with e.plain("model_set", "ptr m, i32 slot, double value") as (c, (m, slot, value)):
         reference = c.emit(INT, f"sext i32 {slot.text} to i64") * 8
         c.give(c.call(FLAG, "px_set", m, reference, whole(c, 0), value))

@@ -173,16 +173,16 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
 
 
 def _head(v: Seen) -> dict[str, str]:
-    """What all kinds of variables say of themselves."""
-    given = {
-        "name": v.name,
-        "valueReference": str(v.reference),
-        "causality": v.causality,
-        "variability": v.variability,
-    }
+    """What all kinds of variables say of themselves, but for what the standard takes for granted.
+    References stand before names: what differs stands together, and packs better."""
+    given = {"valueReference": str(v.reference), "name": v.name}
+    if v.causality != "local":
+        given["causality"] = v.causality
+    if v.variability != ("continuous" if v.kind == NUMBER else ""):
+        given["variability"] = v.variability
     if v.description:
         given["description"] = v.description
-    if v.initial is not None:
+    if v.initial not in (None, "exact" if v.causality == "parameter" else "calculated"):
         given["initial"] = v.initial
     return given
 

@@ -49,15 +49,17 @@ EVALUABLE = (Phase.INITIALIZATION, *RUNNING, Phase.TERMINATED)
 class Entries:
     """The functions of one version while they are written. `log` writes how its logger is called:
     (code, instance, status, category, message); `plain` makes a text one that a logger shows as it
-    is; `delayed`: the model has a past, which steps of the host become part of."""
+    is; `delayed`: the model has a past, which steps of the host become part of; `by_uri`: the
+    folder of resources is told so, and not by its path."""
 
     def __init__(
         self,
         log: Callable[[Code, Value, Value, Value, Value], None],
         plain: Callable[[str], str] = str,
         delayed: bool = False,
+        by_uri: bool = False,
     ) -> None:
-        self.as_shown, self._delayed = plain, delayed
+        self.as_shown, self._delayed, self.by_uri = plain, delayed, by_uri
         self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
         self._texts: list[str] = []

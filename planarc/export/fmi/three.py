@@ -76,16 +76,18 @@ def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> N
 
 def _life(e: Entries) -> None:
     """Made, initialized, ended."""
-    with e.plain("px_instantiate", "ptr token, i8 logging, ptr host, ptr logger", POINTER) as (
+    with e.plain(
+        "px_instantiate", "ptr token, i8 logging, ptr host, ptr logger, ptr resources", POINTER
+    ) as (
         c,
         a,
     ):
-        token, logging, host, logger = a
+        token, logging, host, logger, resources = a
         right = same_text(c, token, constant(c, "px_token"))
         with c.when(~right, leaves=True):
             c.give(Value(c, POINTER, "null"))
         told = c.emit(INT, f"zext i8 {logging.text} to i64")
-        c.give(c.call(POINTER, "px_new", logger, host, told))
+        c.give(c.call(POINTER, "px_new", logger, host, told, resources))
     e.names.remove("px_instantiate")
     head = "ptr name, ptr token, ptr resources, i8 visible, i8 logging"
     tails = (
@@ -97,7 +99,7 @@ def _life(e: Entries) -> None:
         with e.plain(f"fmi3Instantiate{name}", f"{head}, {tail}", POINTER) as (c, a):
             own = {v.text: v for v in a}
             m = c.call(POINTER, "px_instantiate", own["%token"], own["%logging"],
-                       own["%host"], own["%logger"])  # fmt: skip
+                       own["%host"], own["%logger"], own["%resources"])  # fmt: skip
             with c.when(c.emit("i1", f"icmp ne ptr {m.text}, null")):
                 phase = whole(c, Phase.EVENT)
                 if "%events" in own:

@@ -39,7 +39,7 @@ _REFUSED = (
 
 def functions(delayed: bool = False) -> Entries:
     """All of them."""
-    e = Entries(_log, _plain, delayed)
+    e = Entries(_log, _plain, delayed, by_uri=True)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
             c.give(constant(c, e.string(text)))
@@ -88,7 +88,10 @@ def _log(c: Code, m: Value, status: Value, category: Value, message: Value) -> N
 def _life(e: Entries) -> None:
     """Made, initialized, ended."""
     made = "ptr name, i32 type, ptr token, ptr resources, ptr host, i32 visible, i32 logging"
-    with e.plain("fmi2Instantiate", made, POINTER) as (c, (_, type, token, _, host, _, logging)):
+    with e.plain("fmi2Instantiate", made, POINTER) as (
+        c,
+        (_, type, token, resources, host, _, logging),
+    ):
         none = c.emit("i1", f"icmp eq ptr {host.text}, null")
         with c.when(none, leaves=True):
             c.give(Value(c, POINTER, "null"))
@@ -96,7 +99,7 @@ def _life(e: Entries) -> None:
         with c.when(~right, leaves=True):
             c.give(Value(c, POINTER, "null"))
         told = c.emit(INT, f"zext i32 {logging.text} to i64")
-        m = c.call(POINTER, "px_new", host.load(POINTER), host.load(POINTER, 4), told)
+        m = c.call(POINTER, "px_new", host.load(POINTER), host.load(POINTER, 4), told, resources)
         with c.when(c.emit("i1", f"icmp ne ptr {m.text}, null")):
             steps = c.emit("i1", f"icmp eq i32 {type.text}, 1")
             phases = f"i64 {int(Phase.STEP)}, i64 {int(Phase.EVENT)}"

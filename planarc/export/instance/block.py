@@ -1,7 +1,7 @@
 """An instance: made, evaluated, read and set.
 
-    px_new(logger, host, logging) -> block       from the image, in the first phase
-    px_unpack(numbers, count)                    the model's whole numbers (`codegen.native.packed`)
+    px_new(logger, host, logging, resources) -> block   from the image, in the first phase
+    px_unpack(block)                             the model's whole numbers (`codegen.native.packed`)
     px_save(block) -> copy                       the state, in memory of its own
     px_load(block, copy)
     px_reset(block)                              its state as it was exported
@@ -38,14 +38,20 @@ LARGER = "px_larger"
 OTHER = 1 << 24
 
 
-def block_functions(delayed: bool) -> tuple[str, ...]:
-    """The texts of all of them. `delayed`: the model has a past."""
-    return (_larger(), _copy(), _unpack(), _new(), _reset(delayed), _save(), _load(delayed),
-            _refresh(), _place(), _set())  # fmt: skip
+def block_functions(delayed: bool, apart: bool) -> tuple[str, ...]:
+    """The texts of all of them. `delayed`: the model has a past; `apart`: its numbers stand in a
+    file (`stored`)."""
+    return (_larger(), _copy(), _unpack(apart), _new(apart), _reset(delayed, apart), _save(),
+            _load(delayed), _refresh(), _place(), _set())  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
     return Value(c, POINTER, f"@{name}")
+
+
+def image(c: Code, m: Value, apart: bool) -> Value:
+    """The first content of an instance, from `Own.PHASE` on."""
+    return m.load(POINTER, Own.STORED).at(1) if apart else constant(c, "px_image")
 
 
 def plan(c: Code, which: Table) -> Value:
@@ -112,10 +118,11 @@ def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
     c.give()
 
 
-@function("void px_unpack(ptr numbers, i64 count)")
-def _unpack(c: Code, numbers: Value, count: Value) -> None:
+@function("void px_unpack(ptr m)")
+def _unpack(c: Code, m: Value, apart: bool) -> None:
     """Each is the one before it and a step, whose lowest bit is set where it leads down."""
-    packed = constant(c, "px_packed")
+    numbers, count = m.load(POINTER, Own.NODES), plan(c, Table.PACKED)
+    packed = m.load(POINTER, Own.PACKED) if apart else constant(c, "px_packed")
     at, number, step = (c.variable(0, INT) for _ in range(3))
     with c.loop(count) as i:
         step.set(whole(c, 0))
@@ -138,26 +145,34 @@ def _unpack(c: Code, numbers: Value, count: Value) -> None:
     c.give()
 
 
-@function("ptr px_new(ptr logger, ptr host, i64 logging)")
-def _new(c: Code, logger: Value, host: Value, logging: Value) -> None:
+@function("ptr px_new(ptr logger, ptr host, i64 logging, ptr resources)")
+def _new(
+    c: Code, logger: Value, host: Value, logging: Value, resources: Value, apart: bool
+) -> None:
     block = c.call(POINTER, "calloc", plan(c, Table.ROOM), whole(c, 8))
     with c.when(is_null(c, block), leaves=True):
         c.give(block)
-    c.run("px_reset", block)
     homes = constant(c, "px_plan").at(Table.POINTERS)
     with c.loop(homes.load(INT)) as i:
         block.store(block.at(homes.load(INT, i * 2 + 2)), homes.load(INT, i * 2 + 1))
-    c.run("px_unpack", block.load(POINTER, Own.NODES), plan(c, Table.PACKED))
     block.store(host, Own.HOST)
     block.store(logger, Own.LOGGER)
     block.store(logging, Own.LOGGING)
+    if apart:
+        failed = ~c.call(FLAG, "px_bring", block, resources).equals(0)
+        with c.when(failed, leaves=True):
+            c.run("px_log", block, c.constant(3, FLAG), constant(c, "px_unread"))
+            c.run("free", block)
+            c.give(Value(c, POINTER, "null"))
+    c.run("px_reset", block)
+    c.run("px_unpack", block)
     c.give(block)
 
 
 @function("void px_reset(ptr m)")
-def _reset(c: Code, m: Value, delayed: bool) -> None:
+def _reset(c: Code, m: Value, delayed: bool, apart: bool) -> None:
     words = constant(c, "px_past").load(INT, Told.IMAGE) if delayed else plan(c, Table.WORDS)
-    c.run("px_copy", m.at(Own.PHASE), constant(c, "px_image"), words - Own.PHASE)
+    c.run("px_copy", m.at(Own.PHASE), image(c, m, apart), words - Own.PHASE)
     c.give()
 
 
@@ -246,7 +261,7 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
         c.give(2)
     with c.when(~((value - value).equals(0.0)), leaves=True):
         c.give(3)
-    rule = constant(c, "px_rules").load(INT, slot)
+    rule = m.load(POINTER, Own.RULES).load(INT, slot)
     negative = (own(reference) - slot * 8 - kind * 2).equals(1)
     wanted = c.select(negative, c.constant(0.0, REAL) - value, value)
     with c.when(rule.equals(INPUT), leaves=True):

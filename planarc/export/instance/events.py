@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, hold, larger, plan, whole
+from planarc.export.instance.block import constant, hold, image, larger, plan, whole
 from planarc.export.instance.instants import due, samples, switches, tick
 from planarc.export.instance.relations import (
     attempt,
@@ -40,10 +40,11 @@ from planarc.solve.events.settling import NEAR
 SETTLED = -1
 
 
-def event_functions(delayed: bool, tells: bool = False) -> tuple[str, ...]:
+def event_functions(delayed: bool, tells: bool, apart: bool) -> tuple[str, ...]:
     """`tells`: `px_notice(block, behind)` of the interface is told before and behind each event."""
     return (_reinit(), _keep(), _event(tells, delayed), _crossing(), _update(delayed),
-            _prepare(delayed), _settled(delayed), _first(delayed), _finish(), _waits())  # fmt: skip
+            _prepare(delayed, apart), _settled(delayed), _first(delayed), _finish(),
+            _waits())  # fmt: skip
 
 
 def _zeros_of(c: Code, m: Value, *which: Relation) -> list[Value]:
@@ -254,13 +255,13 @@ def _update(c: Code, m: Value, delayed: bool) -> None:
 
 
 @function("i32 px_prepare(ptr m)", seldom=True)
-def _prepare(c: Code, m: Value, delayed: bool) -> None:
+def _prepare(c: Code, m: Value, delayed: bool, apart: bool) -> None:
     w, _, _, _ = open_frame(m)
     t, count = w.load(REAL), plan(c, Table.DISCRETES)
     m.store(whole(c, 0), Own.ENDED)
     m.store(whole(c, 0), Own.OVER)
     attempt(c, "pc_parameters", m, t)
-    before = constant(c, "px_image").at(plan(c, Table.WORKSPACE))
+    before = image(c, m, apart).at(plan(c, Table.WORKSPACE))
     now, largest = _zeros_of(c, m, Relation.NOW, Relation.LARGEST)
     with c.loop(plan(c, Table.RELATIONS)) as i:
         slot = told(c, i, Row.SLOT)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.codegen.native.passing import passing_functions
-from planarc.export.instance.block import constant, plan, whole
+from planarc.export.instance.block import plan, whole
 from planarc.export.plan import INPUT, Own, Table
 from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, Number
@@ -96,7 +96,7 @@ def _move(c: Code, m: Value, place: Value, column: Value, by: Value) -> None:
     columns, motions = (passing.load(POINTER, k) for k in (Passing.COLUMNS, Passing.MOTIONS))
     slot = slot_of(c, m, place)
     node = node_of(m, slot)
-    known = constant(c, "px_rules").load(INT, slot).equals(INPUT)
+    known = m.load(POINTER, Own.RULES).load(INT, slot).equals(INPUT)
     with c.when(node < 0, leaves=True):
         c.give(c.select(known, c.constant(0, FLAG), c.constant(1, FLAG)))
     with c.when(~(known | (columns.load(INT, node) >= 0)), leaves=True):

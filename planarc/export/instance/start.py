@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import constant, hold, is_null, larger, plan, whole
+from planarc.export.instance.block import constant, hold, image, is_null, larger, plan, whole
 from planarc.export.instance.events import SETTLED
 from planarc.export.instance.relations import attempt
 from planarc.export.plan import PARAMETER, Own, Stale, Table
@@ -34,8 +34,8 @@ ROUNDS = 50
 MORE = 1e-13
 
 
-def start_functions() -> tuple[str, ...]:
-    return _start(), _assemble(), _part(), _rows(), _solve(), _step()
+def start_functions(apart: bool) -> tuple[str, ...]:
+    return _start(), _assemble(apart), _part(apart), _rows(), _solve(), _step()
 
 
 def _counts(c: Code) -> tuple[Value, Value, Value, Value]:
@@ -69,7 +69,7 @@ def _start(c: Code, m: Value) -> None:
 
 
 @function("i32 px_assemble(ptr m)", seldom=True)
-def _assemble(c: Code, m: Value) -> None:
+def _assemble(c: Code, m: Value, apart: bool) -> None:
     w, numbers, _, _ = open_frame(m)
     table, moved, width, _ = _counts(c)
     size = plan(c, Table.SIZE)
@@ -83,7 +83,7 @@ def _assemble(c: Code, m: Value) -> None:
     found, candidates = wanted.at(size), table.at(5)
     c.run("px_copy", wanted, w, size)
     there, part, flag = c.variable(0.0), c.variable(1.0), c.variable(c.constant(0, FLAG), FLAG)
-    before = constant(c, "px_image").at(plan(c, Table.WORKSPACE))
+    before = image(c, m, apart).at(plan(c, Table.WORKSPACE))
     with c.loop(moved) as i:
         found.store(before.load(REAL, candidates.load(INT, i)), i)
     again, failed, behind = c.label(), c.label(), c.label()
@@ -121,11 +121,11 @@ def _assemble(c: Code, m: Value) -> None:
 
 
 @function("i32 px_part(ptr m, ptr wanted, double part)", seldom=True)
-def _part(c: Code, m: Value, wanted: Value, part: Value) -> None:
+def _part(c: Code, m: Value, wanted: Value, part: Value, apart: bool) -> None:
     """A part of the way from the values at export to those that the host wants."""
     w, _, _, _ = open_frame(m)
-    before = constant(c, "px_image").at(plan(c, Table.WORKSPACE))
-    rules = constant(c, "px_rules")
+    before = image(c, m, apart).at(plan(c, Table.WORKSPACE))
+    rules = m.load(POINTER, Own.RULES)
 
     def between(slot: Value, end: Value) -> Value:
         start = before.load(REAL, slot)

@@ -41,7 +41,7 @@ def functions(eventful: bool = False) -> Entries:
         _tell(e)
     with e.plain("page_new", "", POINTER) as (c, _):
         null = Value(c, POINTER, "null")
-        c.give(c.call(POINTER, "px_new", null, null, whole(c, 0)))
+        c.give(c.call(POINTER, "px_new", null, null, whole(c, 0), null))
     with e.plain("page_set", "ptr m, i32 slot, double value") as (c, (m, slot, value)):
         c.give(c.call(FLAG, "px_set", m, _long(c, slot) * 8, whole(c, 0), value))
     with e.plain("page_begin", "ptr m") as (c, (m,)):
