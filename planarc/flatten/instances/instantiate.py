@@ -126,7 +126,7 @@ def _make_leaf(
     leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
     if written := redeclare.written_dims(definition, scope, layout):
         dims = shape.leaf_dims(leaf, written)
-        if prod(dims) > MAX_SCALARS:
+        if prod(d for d in dims if d) > MAX_SCALARS:  # also beside a size of zero
             message = f"`{name}` has {_times(dims)} elements, more than {MAX_SCALARS:,}"
             raise too_large(message, definition.span)
         leaf.type = layout.builtin.with_dims(dims)
@@ -210,7 +210,7 @@ def _make_composite(
     if not written:
         return build(name, mod)
     dims = shape.family_dims(written, element, mod, name)
-    if prod(dims) > MAX_ITEMS:
+    if prod(d for d in dims if d) > MAX_ITEMS:
         message = f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}"
         raise too_large(message, definition.span)
     items = []

@@ -9,7 +9,8 @@ nothing but defaults to start from, other guesses are tried, always the same one
 written values of dependent coordinates pull, and the others go round. Of the assemblies
 found counts the nearest: by written values first, then by those of the joints
 (StateSelect.prefer), then by all. An angle that is a turn away is as far as can be: a wheel
-that rolls along turns often, and decides nothing. Equally near ones are told apart by the
+that rolls along turns often, and decides nothing. Nor is a body turned over where another assembly
+leaves it upright: a chassis between its wheels. Equally near ones are told apart by the
 sign of the first coordinate in which they differ.
 
 Example: a four-bar with a held crank and a rough value of the rocker's angle, which
@@ -55,6 +56,8 @@ WRITTEN, JOINT, OTHER = 1.0, 1e-3, 1e-6
 #: The pull of a guess, against the conditions.
 PULL = 0.1
 TURN = 6.283185307179586
+#: A body is turned over that is turned by more than this, in rad.
+OVER = TURN / 4
 #: Choices of candidates and given values of which the guides are remembered.
 MOST_PLANS = 64
 
@@ -180,10 +183,11 @@ class _Level:
         return float(sum([g.weight * (v - g.start) ** 2 for g, v in pairs]))
 
     def _within_a_turn(self, values: Vector) -> float:
-        """The same, angles being a turn away at most."""
+        """The same, angles being a turn away at most; a body that is turned over counts as the
+        coordinate of a joint does."""
         ways = abs(values - [g.start for g in self.guides]).tolist()
         pairs = zip(self.guides, ways, strict=True)
-        return float(sum([g.weight * (min(w, TURN) if g.angle else w) ** 2 for g, w in pairs]))
+        return float(sum([_weight(g, w) * (min(w, TURN) if g.angle else w) ** 2 for g, w in pairs]))
 
     def is_as_meant(self, point: Vector, columns: Sequence[int]) -> bool:
         """Whether written values, or defaults in loops without written ones, have stayed near."""
@@ -250,6 +254,10 @@ class _Level:
             enough = min(distances) * (1 + 1e-6) + 1e-12
             near = [i for i, d in zip(near, distances, strict=True) if d <= enough]
         return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]
+
+
+def _weight(guide: Guide, way: float) -> float:
+    return max(guide.weight, JOINT) if guide.angle and way > OVER else guide.weight
 
 
 def _guides(system: System, free: Sequence[int]) -> list[Guide]:
