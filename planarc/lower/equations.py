@@ -120,7 +120,9 @@ def _pairs(scope: Scope, e: flat.Equation) -> list[Pair]:
         return list(_equality(scope, e))
     if isinstance(e, flat.IfEquation):
         return _joined(scope, e)
-    raise error("L342", "this equation cannot stand inside of an if-equation", e.span)
+    hint = "write it outside, with what the `if` asks in its own condition"
+    message = "this equation cannot stand inside of an if-equation"
+    raise error("L342", message, e.span, hint=hint if isinstance(e, flat.WhenEquation) else None)
 
 
 def _equality(scope: Scope, e: flat.Equality) -> Iterator[Pair]:

@@ -14,6 +14,7 @@ Reference: Modelica Language Specification 3.6, chapter 9.
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from collections.abc import Iterator
 
@@ -281,6 +282,10 @@ _KINDS = {
 }
 
 
+#: Classes of what acts between the two parts of a joint.
+_BETWEEN = re.compile(r"Spring|Damper|Friction|Clutch|Backlash|Gap")
+
+
 def _flange_hint(flange: Side, frame: Side) -> str | None:
     """What a user means who connects a shaft or slide with a frame: the joint's own flange."""
     if not (isinstance(flange.node, Instance) and isinstance(frame.node, Instance)):
@@ -295,12 +300,15 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
     kinds = [_kind(n) for n in of_part if isinstance(n, Instance)]
     two = kinds.count(_kind(flange.node)) > 1  # a damper, say, between a joint's two parts
     if "drivenFlange" not in joint.layout.members:
-        if two and part is not None:
+        if two and part is not None and _BETWEEN.search(part.cls.name):
             return (
                 f"`{part.name}` turns or slides alone: connect its ends to `axis` and `support` of "
                 "the joint between the two parts, which are there with `drivenFlange=true`"
             )
-        return f"connect `{flange.name}` to the `axis` of a joint with `drivenFlange=true`"
+        return (
+            f"connect `{flange.name}` to the `axis` of the joint that is to move `{name}`, which "
+            "is there with `drivenFlange=true`"
+        )
     there = "axis" in joint.elements  # it is switched on
     if two:
         switch = "" if there else f": both are there with `{name}(drivenFlange=true)`"

@@ -338,6 +338,10 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
     if names == ("reinit",):
         if not env.in_when:
             hint = "write `when ... then` around it: it acts at the instant when that becomes true"
+            before = node.span.source.text[: node.span.start]
+            if found := re.search(r"\bif\s+([^;]*?)\s+then\s*$", before):
+                hint = f"write `when {' '.join(found[1].split())} then` in the place of the `if`: "
+                hint += "it acts at the instant when that becomes true"
             raise error("F304", "`reinit` may stand in a when-equation only", node.span, hint=hint)
         return type_reinit(call, env)
     if names in (("impact",), ("crowd",)) and is_builtin(call.function, env):
