@@ -6,8 +6,10 @@ import re
 from math import pi
 
 import pytest
+from msgspec.structs import replace
 
 import planarc
+from planarc.insight.sparse import judge_sparse
 
 #: A mass of 1 kg on a spring, which swings once in `period` about the middle of it.
 SWING = """model M
@@ -61,3 +63,13 @@ def test_a_steady_turn_is_seen_in_any_rows() -> None:
       connect(hinge.frame_b, bar.frame_a);
     end M;"""
     assert [w.code for w in planarc.load(text).simulate(100.0).warnings] == []
+
+
+def test_what_has_no_acceleration_in_any_row_has_no_period() -> None:
+    """As what drifts by rounding alone: the rows of a swing, of which none has an acceleration."""
+    model = planarc.load(SWING.replace("=C", f"={(2 * pi / 0.5) ** 2!r}"))
+    result = model.simulate(30.0, intervals=100).rows
+    assert [d.code for d in judge_sparse(result)] == ["R456"]
+    data = result.data.copy()
+    data[:, result.stored[result.columns["slide.a"].slot]] = 0.0
+    assert not list(judge_sparse(replace(result, data=data)))
