@@ -6,7 +6,7 @@ Out:  notes F338, warnings F228
 A parameter that is declared and never read is a number that was written twice, once where it
 should have been read: changing it changes nothing. It is looked for in the whole text of the file,
 since what it sizes or switches is gone in the flat model. Only the model's own are told, of files
-that the user gave.
+that the user gave, and where there are parts: a model of numbers alone is an exercise.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.nodes import Instance, Session
 from planarc.ir import syntax
 
+_PARTS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
+_NUMBERS = re.compile(r"[-+*/\d.eE(){}\[\],;\s]+")
 _SAID = re.compile(r'"(?:\\.|[^"\\])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
 
 
@@ -31,7 +33,9 @@ def check_unused(root: Instance, connections: Sequence[Connection], session: Ses
 
 def _check_parameters(root: Instance, session: Session) -> None:
     source = root.cls.definition.span.source
-    if source.name not in session.library.user_files():
+    inside = (element.node for element in root.elements.values())
+    parts = (isinstance(n, Instance) and n.layout.kind in _PARTS for n in inside)
+    if source.name not in session.library.user_files() or not any(parts):
         return
     text = _SAID.sub(" ", source.text)
     for declared in root.scope().part.own.values():
@@ -39,6 +43,9 @@ def _check_parameters(root: Instance, session: Session) -> None:
             continue
         if declared.variability is not syntax.Variability.PARAMETER or declared.prefixes.final:
             continue
+        value = declared.modification.binding if declared.modification else None
+        if value is None or not _NUMBERS.fullmatch(value.span.text):
+            continue  # what follows from others may be there to be read by a user
         if len(re.findall(rf"\b{re.escape(declared.name)}\b", text)) == 1:
             session.warnings.append(
                 Diagnostic(

@@ -6,16 +6,20 @@ import pytest
 
 import planarc
 
+PART = "Modelica.Blocks.Sources.Step step;"
+
 
 def told(text: str, code: str = "F338") -> list[str]:
     return [w.message for w in planarc.load(text).warnings if w.code == code]
 
 
 def test_a_parameter_whose_name_stands_in_texts_alone_is_told() -> None:
-    text = (
-        'model M\n  parameter Real k=2 "k";\n  // k is meant\n  Real x=3*time "k*time";\nend M;\n'
-    )
-    assert told(text) == ["nothing uses the parameter `k`"]
+    body = f'{PART}\n  parameter Real k=2 "k";\n  // k is meant\n  Real x=3*time "k*time";'
+    assert told(f"model M\n  {body}\nend M;\n") == ["nothing uses the parameter `k`"]
+
+
+def test_a_model_of_numbers_alone_is_an_exercise() -> None:
+    assert told("model M\n  parameter Real k=2;\n  Real x=3*time;\nend M;\n") == []
 
 
 @pytest.mark.parametrize(
@@ -30,12 +34,12 @@ def test_a_parameter_whose_name_stands_in_texts_alone_is_told() -> None:
     ],
 )
 def test_what_is_read_or_cannot_be_set_is_not_told(body: str) -> None:
-    assert told(f"model M\n  {body}\nend M;\n") == []
+    assert told(f"model M\n  {body}\n  {PART}\nend M;\n") == []
 
 
 def test_a_parameter_of_a_base_class_is_not_told() -> None:
     base = "partial model B\n  parameter Real k=2;\nend B;\n"
-    assert told(f"model M\n{base}  extends B;\n  Real x=k*time;\nend M;\n") == []
+    assert told(f"model M\n{base}  extends B;\n  Real x=k*time;\n  {PART}\nend M;\n") == []
 
 
 PAIR = """model M
