@@ -16,7 +16,6 @@ Example: in a four-bar whose bearing was not connected, `bearing.frame_b` is at 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations
 
 from msgspec.structs import replace
 
@@ -25,7 +24,7 @@ from planarc.core.diagnostic import Diagnostic, Locked, Loose, Related, RigidLoo
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
-from planarc.insight.connectors import find_frames, find_pins, grouped, owner, top
+from planarc.insight.connectors import find_frames, find_pins, grouped, owner, top, triangles
 from planarc.insight.facts import count_text
 from planarc.insight.idle import carries_nothing, find_elements, idle_parts, spare_ground
 from planarc.insight.sensors import find_sensors
@@ -258,9 +257,9 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     pair = _pair(mechanism)
     fastened = () if pair or welds else tuple(_fastened(dae, mechanism, rigid))
     if len(fastened) == 1:
+        ((fixed, _),) = fastened
         hint = f"{listed(f'`{name}`' for name in rigid)} close a loop of three joints, which is "
-        names = fastened[0].message.partition(" are ")[0]
-        hint += f"rigid: put a fourth one between {names}, unless a structure is meant"
+        hint += f"rigid: put a fourth one between {fixed}, unless a structure is meant"
     pins = find_pins(dae, mechanism)
     # A slide between two moving parts is there to move them.
     actuated = any(GROUND not in j.links and j.name not in pins for j in mechanism.joints)
@@ -282,7 +281,7 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
                 Related(f"`{a}` and `{b}` are connected without a joint", _connected_at(dae, a, b))
                 for a, b in (() if pair else welds[:3])
             ),
-            *fastened,
+            *(Related(f"{two} are fastened to each other here", span) for two, span in fastened),
         ),
     )
 
@@ -298,8 +297,9 @@ def _rolling(dae: Dae) -> set[str]:
     return {p.name for p in dae.parts if p.class_name.endswith(ROLLING)}
 
 
-def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[Related]:
-    """The connections by which two parts with mass are one link of a loop of three joints."""
+def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[tuple[str, Span]]:
+    """Two parts with mass that are one link of a loop of three joints, and where they are
+    connected."""
     near = {i for j in mechanism.joints if top(j.name) in loop for i in j.links} - {GROUND}
     frames = {f for i in near for f in mechanism.links[i].frames}
     heavy = find_moving(dae) - {*find_elements(dae), *(j.name for j in mechanism.joints)}
@@ -307,8 +307,7 @@ def _fastened(dae: Dae, mechanism: Mechanism, loop: Sequence[str]) -> Iterator[R
         ends = connect.left, connect.right
         masses = [any(top(m) == owner(n) for m in heavy) for n in ends]
         if is_own(dae, connect.span) and all(masses) and frames.issuperset(ends):
-            message = f"{both(map(owner, ends))} are fastened to each other here"
-            yield Related(message, connect.span)
+            yield both(map(owner, ends)), connect.span
 
 
 def changes(dae: Dae) -> bool:
@@ -335,11 +334,8 @@ def _rigid_loop(dae: Dae, mechanism: Mechanism) -> tuple[str, ...]:
     rolling = _rolling(dae)
     plain = [j for j in mechanism.joints if j.conditions == 2 and len(j.links) == 2]
     plain = [j for j in plain if top(j.name) not in rolling]
-    for three in combinations(plain, 3):
-        ends = [link for joint in three for link in joint.links]
-        if len({*ends}) == 3 and all(ends.count(link) == 2 for link in ends):
-            return tuple(top(joint.name) for joint in three)
-    return ()
+    first = next(triangles(plain), ())
+    return tuple(top(joint.name) for joint in first)
 
 
 def _welds(dae: Dae, mechanism: Mechanism) -> list[tuple[str, str]]:

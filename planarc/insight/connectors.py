@@ -7,11 +7,11 @@ flange    s and the flow f                     of what slides
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 
 from planarc.ir.dae import Dae
-from planarc.ir.mechanism import Mechanism
+from planarc.ir.mechanism import Joint, Mechanism
 
 #: Flow and position; their product, by the rate of the position, is the power that enters.
 Pairs = tuple[tuple[str, str], ...]
@@ -74,3 +74,15 @@ def find_pins(dae: Dae, mechanism: Mechanism) -> set[str]:
         and e.right.is_symbol
         and {e.left.name, e.right.name} == points[e.component]
     }
+
+
+def triangles(joints: Sequence[Joint]) -> Iterator[tuple[Joint, Joint, Joint]]:
+    """Three joints that close a loop of three links, each three once, in the order of `joints`."""
+    beside: dict[int, dict[int, Joint]] = {}
+    order = {joint.name: i for i, joint in enumerate(joints)}
+    for joint in joints:
+        a, b = joint.links
+        for c in sorted(beside.get(a, {}).keys() & beside.get(b, {}).keys()):
+            first, second = sorted((beside[a][c], beside[b][c]), key=lambda j: order[j.name])
+            yield first, second, joint
+        beside.setdefault(a, {})[b] = beside.setdefault(b, {})[a] = joint

@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterator, Sequence
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import both, listed
 from planarc.insight.attachment import place
-from planarc.insight.connectors import find_pins, owner
+from planarc.insight.connectors import find_pins, owner, triangles
 from planarc.ir.dae import Dae
 from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
 from planarc.ir.places import declared_part, is_own
@@ -28,7 +28,8 @@ _THREE = 3
 
 def rigid_triangles(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     pins = find_pins(dae, mechanism)
-    for three in _triangles([j for j in mechanism.joints if j.name in pins and len(j.links) == 2]):
+    plain = [j for j in mechanism.joints if j.name in pins and len(j.links) == 2]
+    for three in triangles(plain) if len(plain) > _THREE else ():
         links = {number for joint in three for number in joint.links}
         for number in sorted(links - {GROUND}):
             near = [joint for joint in three if number in joint.links]
@@ -37,16 +38,6 @@ def rigid_triangles(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
             if where:
                 yield _told(dae, three, bars, where)
                 return
-
-
-def _triangles(joints: Sequence[Joint]) -> Iterator[tuple[Joint, Joint, Joint]]:
-    """Three joints of a mechanism with more that close a loop of three links, each once."""
-    beside: dict[int, dict[int, Joint]] = {}
-    for joint in joints if len(joints) > _THREE else ():
-        a, b = joint.links
-        for c in beside.get(a, {}).keys() & beside.get(b, {}).keys():
-            yield beside[a][c], beside[b][c], joint
-        beside.setdefault(a, {})[b] = beside.setdefault(b, {})[a] = joint
 
 
 def _bar_at(dae: Dae, joint: Joint, link: Link) -> str:

@@ -12,6 +12,7 @@ that the user gave, and where there are parts: a model of numbers alone is an ex
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 from msgspec.structs import replace
@@ -23,6 +24,7 @@ from planarc.ir import syntax
 
 _PARTS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
 _NUMBERS = re.compile(r"[-+*/\d.eE(){}\[\],;\s]+")
+_WORD = re.compile(r"\w+")
 _SAID = re.compile(r'"(?:\\.|[^"\\])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
 
 
@@ -37,7 +39,7 @@ def _check_parameters(root: Instance, session: Session) -> None:
     parts = (isinstance(n, Instance) and n.layout.kind in _PARTS for n in inside)
     if source.name not in session.library.user_files() or not any(parts):
         return
-    text = _SAID.sub(" ", source.text)
+    words = Counter(_WORD.findall(_SAID.sub(" ", source.text)))
     for declared in root.scope().part.own.values():
         if not isinstance(declared, syntax.Component) or declared.span.source is not source:
             continue
@@ -46,7 +48,7 @@ def _check_parameters(root: Instance, session: Session) -> None:
         value = declared.modification.binding if declared.modification else None
         if value is None or not _NUMBERS.fullmatch(value.span.text):
             continue  # what follows from others may be there to be read by a user
-        if len(re.findall(rf"\b{re.escape(declared.name)}\b", text)) == 1:
+        if words[declared.name] == 1:
             session.warnings.append(
                 Diagnostic(
                     "F338",
