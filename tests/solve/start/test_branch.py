@@ -169,3 +169,28 @@ def test_tries_that_all_miss_by_as_much_are_enough(monkeypatch: pytest.MonkeyPat
         planarc.load(ROPE.format(far=0.8)).simulate(0)
     assert max(calls) == branch.ENOUGH
     assert planarc.load(ROPE.format(far=0.5)).simulate(0).ended is None
+
+
+TROLLEY = """model Trolley
+  import PlanarMultiBody.*;
+  inner World world;
+  Parts.Body chassis(m=10, I=0.5, r_CM={0, 0.1});
+  Parts.FixedTranslation toFront(r={0.4, 0}), toRear(r={-0.4, 0});
+  Joints.Revolute frontHub(phi(fixed=true), w(fixed=true)), rearHub;
+  Parts.RollingWheel front(R=0.15, m=1), rear(R=0.15, m=1);
+equation
+  connect(chassis.frame_a, toFront.frame_a);
+  connect(chassis.frame_a, toRear.frame_a);
+  connect(toFront.frame_b, frontHub.frame_a);
+  connect(frontHub.frame_b, front.frame_a);
+  connect(toRear.frame_b, rearHub.frame_a);
+  connect(rearHub.frame_b, rear.frame_a);
+end Trolley;
+"""
+
+
+def test_a_chassis_stays_upright_though_its_wheels_turn_less_if_it_is_turned_over() -> None:
+    """Upright, the rear wheel rolls back by 0.8 m; upside down both roll by less than that."""
+    result = planarc.load(TROLLEY).simulate(0)
+    assert result["chassis.frame_a.phi"][0] == pytest.approx(0, abs=1e-9)
+    assert result["rear.rolling.x"][0] == pytest.approx(-0.8)
