@@ -76,9 +76,8 @@ def in_unit(name: str, text: str, unit: str) -> float | None:
     if factors(given) is None:
         raise _unfit(f"the unit `{given}` of `{name}` is not known", given, unit)
     if parse(unit) is None:
-        size, turns = _size(given)
-        plain = float(number) * float(size) * pi**turns
-        same = plain == float(number)
+        plain = _in_si(float(number), given)
+        same = plain == float(number) or not isfinite(plain)
         hint = f"write `{name}={number if same else f'{plain:.6g}'}`"
         hint += "" if same else ", which it is in units of the SI"
         raise usage_error("C115", f"`{name}` takes a number without unit, not `{text}`", hint=hint)
@@ -137,6 +136,15 @@ def _kind(unit: str) -> object:
     """The dimension of a unit, with the exponent of angles."""
     found = factors(unit) or ()
     return parse(unit), sum(e for _, symbol, e in found if symbol in _ANGLES)
+
+
+def _in_si(number: float, unit: str) -> float:
+    """A number of a unit in SI base units; infinite where that is too large."""
+    size, turns = _size(unit)
+    try:
+        return number * float(size) * pi**turns
+    except OverflowError:
+        return inf
 
 
 def _size(unit: str) -> tuple[Fraction, int]:

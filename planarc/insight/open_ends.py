@@ -11,7 +11,7 @@ Of a hinge whose two neighbours are both connected to its `frame_b`, one belongs
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from math import hypot, sqrt
+from math import hypot
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.disjoint import DisjointSets
@@ -124,7 +124,6 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
     connected = {f for names in dae.connections for f in names if not is_open(f, names)}
     heavy = {owner(p.name) for p in dae.parameters if p.name.endswith(".m")}
     joints = {joint.name for joint in mechanism.joints}
-    pins = find_pins(dae, mechanism)
     for link in mechanism.links[1:]:
         for end in (f for f in link.frames if f.count(".") == 1 and f not in connected):
             part = owner(end)
@@ -133,7 +132,7 @@ def bare_rods(dae: Dae, mechanism: Mechanism) -> Iterator[Diagnostic]:
                 continue
             hint, related = ("", ()) if part in heavy else _instead(dae, None, end, "")
             if not hint and part not in heavy:
-                hint, related = _on_its_hinge(dae, end, inside, pins)
+                hint, related = _on_its_hinge(dae, end, inside, find_pins(dae, mechanism))
             if not hint:
                 hint, related = _on_its_twin(dae, end, inside, heavy)
             if not hint:
@@ -209,7 +208,7 @@ def _on_its_hinge(
         numbers = values.named(*(f"{body}.{n}" for n in ("m", "I", "r_CM[1]", "r_CM[2]")))
         if length is None or numbers is None or numbers[0] <= 0 or any(numbers[2:]):
             continue
-        if sqrt(numbers[1] / numbers[0]) < _SMALL * hypot(*length):
+        if numbers[1] / numbers[0] < (_SMALL * hypot(*length)) ** 2:
             frame = next(n for n in (connect.left, connect.right) if owner(n) == body)
             hint = f"write `connect({end}, {frame});`: `{body}` is on the axis of `{owner(hinge)}`"
             return hint, (Related(f"`{body}` is connected here", connect.span),)
@@ -236,9 +235,7 @@ def _on_its_twin(
         alike = len(classes_there) == 1 and elements.issuperset(bodies)
         if len(bodies) == 2 and (heavy.issuperset(bodies) or alike):
             hint = f"{both(bodies)} are both connected to `{far}`: connect one of them to `{end}`"
-            return f"{hint} instead", (
-                Related("the second of them is connected here", own[-1].span),
-            )
+            return f"{hint} instead", (Related(_SECOND, own[-1].span),)
     return "", ()
 
 

@@ -58,6 +58,7 @@ def test_what_is_no_number_with_a_unit_is_left_alone(text: str) -> None:
         ("5m", "", "takes a number without unit, not `5m`.*write `x=5`"),
         ("5deg", "1", "takes a number without unit"),
         ("30deg", "", "not `30deg`.*write `x=0.523599`, which it is in units of the SI"),
+        ("2Ym30", "", "write `x=2`$"),
         ("2km", "", "write `x=2000`, which it is in units of the SI"),
         ("5N", "kg.m3/s9", "give it in `kg.m3/s9`"),
     ],

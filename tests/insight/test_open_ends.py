@@ -66,6 +66,13 @@ def test_a_pointer_is_not_told(where: str, bob: str) -> None:
     assert clock(where, bob) == []
 
 
+def test_an_inertia_below_zero_is_told_as_that() -> None:
+    (text,) = clock(bob="m=2, I=-0.003")
+    assert text.startswith("`rod` changes nothing")
+    text = CLOCK.replace("WHERE", "hinge.frame_b").replace("BOB", "m=2, I=-0.003")
+    assert "F265" in {w.code for w in planarc.load(text).warnings}
+
+
 def test_two_springs_on_one_of_two_arms_are_told() -> None:
     (text,) = told(DECK.replace("WHERE", "front.frame_b"))
     assert text.endswith(
