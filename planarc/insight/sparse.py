@@ -52,7 +52,7 @@ def judge_sparse(result: Result) -> Iterator[Diagnostic]:
         way, expected = np.diff(q)[there], (0.5 * (v[1:] + v[:-1]))[there] * h
         size = float(np.sqrt(np.mean(v**2)))
         missed = float(np.sqrt(np.mean((way - expected) ** 2)))
-        if size > 0 and missed > _OPEN * size * float(h.mean()):
+        if size > 0 and a.any() and missed > _OPEN * size * float(h.mean()):
             period = 2 * math.pi * size / float(np.sqrt(np.mean(a**2)))
             found.append((period, name))
     if not found:

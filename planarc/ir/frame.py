@@ -13,6 +13,8 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     shifts    float64   what CVODE's zero functions are moved by (the first `Number.SHIFTED`)
     angles    int64     how many angles of loops there are, and for each its slot and its place in
                         `accepted`: CVODE's steps move them by less than `REACH`
+    nominal   float64   the size of each state, where differences find it smaller
+    matrix    pointer   SUNDIALS' SUNDenseMatrix_Data
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -43,6 +45,8 @@ class Frame(IntEnum):
     ZEROS = 7
     SHIFTS = 8
     ANGLES = 9
+    NOMINAL = 10
+    MATRIX = 11
 
 
 class Number(IntEnum):
