@@ -22,6 +22,7 @@ from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.codegen.native.pair import pair_functions
 from planarc.codegen.native.reaching import give_where_far
 from planarc.codegen.native.root import root_function
+from planarc.codegen.native.sparse import direct_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
 from planarc.ir.newton import DIFFERENCE
@@ -42,6 +43,7 @@ def runtime_text(solver: str | None = None) -> str:
     """The whole module, with another text in the place of elimination where one is given."""
     functions = (
         *newton_functions(),
+        direct_function(),
         *(solve_functions() if solver is None else (solver,)),
         *pair_functions(),
         *look_functions(),
