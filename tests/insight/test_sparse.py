@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from math import pi
+from pathlib import Path
 
 import pytest
 
@@ -61,3 +62,10 @@ def test_a_steady_turn_is_seen_in_any_rows() -> None:
       connect(hinge.frame_b, bar.frame_a);
     end M;"""
     assert [w.code for w in planarc.load(text).simulate(100.0).warnings] == []
+
+
+def test_what_drifts_by_rounding_alone_swings_in_no_time() -> None:
+    """The last domino has a speed of 1e-18 m/s in the rows, and no acceleration."""
+    model = planarc.load(Path(__file__).parents[2] / "examples" / "dominoes.pmo")
+    run = model.simulate(0.3, intervals=100, tolerance=1e-12)
+    assert not [w for w in run.warnings if w.code == "R456"]
