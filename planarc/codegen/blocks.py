@@ -17,20 +17,17 @@ Promises:  parts that do not depend on the block's unknowns are computed before 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from planarc.codegen.derive import Derived
+from planarc.codegen.layout import Layout
 from planarc.codegen.statements import Lister, Temporaries, invariants
 from planarc.ir.dae import Dae
 from planarc.ir.expr import Expr, Exprs, Op, postorder, symbols
-from planarc.ir.program import BlockCode, Let, Solve, Statement, Tangent
-from planarc.ir.program import Direct as DirectCode
+from planarc.ir.program import BlockCode, Direct, Let, Solve, Statement, Tangent
 from planarc.ir.sorted import Assignment
-
-if TYPE_CHECKING:
-    from planarc.codegen.elimination import Direct
+from planarc.ir.sparse import constant_name, entries_of, residuals_of
 
 
 class Modes:
@@ -54,6 +51,8 @@ class Modes:
         if not self._present or derived.height or not derived.block.residuals:
             return False
         slopes = [value for _, value in derived.steps] + [v for _, _, v in derived.entries]
+        if derived.direct is not None:
+            slopes += entries_of(derived.direct)
         if derived.tangent is not None:
             slopes += [v for _, v in derived.tangent.steps] + list(derived.tangent.entries)
         return self._switches(slopes)
@@ -70,8 +69,11 @@ class Modes:
 class BlockWriter:
     """Collects the blocks of a program in the order of `Program.blocks`."""
 
-    def __init__(self, table: Exprs, temporaries: Temporaries, modes: Modes) -> None:
+    def __init__(
+        self, table: Exprs, layout: Layout, temporaries: Temporaries, modes: Modes
+    ) -> None:
         self._table = table
+        self._layout = layout
         self._temporaries = temporaries
         self._modes = modes
         self.blocks: list[BlockCode] = []
@@ -107,27 +109,19 @@ class BlockWriter:
     def _direct(
         self, before: list[Let], lister: Lister, derived: Derived, direct: Direct
     ) -> BlockCode:
-        block = derived.block
-        for symbol, value in direct.steps:
-            lister.name(before, symbol, value)
-        tears = tuple(lister.value(before, e) for e in direct.tears)
+        """All values of the equations in slots, for a table that says where to find them."""
+        lister.hold(before, direct.values)
+        values = [lister.value(before, e) for e in direct.values]
+        for e in values:
+            if e.op is Op.CONST and constant_name(e) not in self._layout.slots:
+                before.append(Let(self._table.symbol(constant_name(e)), e))
+                self._layout.add(constant_name(e))
+        self._layout.add(*(e for e in values if e.op is Op.SYMBOL))
         body = lister.assigned(derived.inner)
-        mark = lister.mark()
-        check: list[Let] = []
-        values = tuple(r.value for r in block.residuals)
-        left = self._residuals(check, lister, derived, values)
-        for symbol, value in direct.size_steps:
-            lister.name(check, symbol, value)
-        sizes = []
-        for e in direct.sizes:
-            sizes.append(self._temporaries.new())
-            check.append(Let(sizes[-1], lister.value(check, e)))
-        matrix: list[Let] = []
-        residuals, jacobian, tangent = self._matrix(matrix, lister, derived)
-        lister.forget(mark)
-        checked = DirectCode(tears, tuple(check), left, tuple(sizes))
-        code = _code(derived, body, len(body), residuals, matrix, jacobian, tangent)
-        return replace(code, direct=checked)
+        written = replace(direct, values=tuple(values))
+        residuals = residuals_of(self._table, written)
+        code = _code(derived, body, len(body), residuals, [], (), None)
+        return replace(code, direct=written)
 
     def _nonlinear(self, before: list[Let], lister: Lister, derived: Derived) -> BlockCode:
         block = derived.block

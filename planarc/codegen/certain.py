@@ -43,7 +43,7 @@ def evaluated_always(program: Program) -> set[Expr]:
     for code in program.blocks:
         wanted += taken_values(code)
         if code.direct is not None:
-            wanted += [*code.direct.residuals, *code.direct.sizes]
+            wanted += code.direct.values
     return used_always(lets, wanted, lambda e: is_part(program, e))
 
 
@@ -89,8 +89,6 @@ def all_lets(program: Program, statements: Iterable[Statement]) -> Iterator[Let]
         else:
             code = program.blocks[s.block]
             yield from (*code.body, *code.jacobian_body)
-            if code.direct is not None:
-                yield from code.direct.check
             if code.tangent is not None:
                 yield from code.tangent.body
 

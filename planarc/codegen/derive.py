@@ -24,8 +24,8 @@ from planarc.ir.expr import Expr
 from planarc.ir.sorted import Assignment, Block, SortedDae, Step
 
 if TYPE_CHECKING:
-    from planarc.codegen.elimination import Direct
     from planarc.codegen.samples import Samples
+    from planarc.ir.program import Direct
 
 
 class Derived(Data):
@@ -35,9 +35,9 @@ class Derived(Data):
     height: int
     first: int  # candidate index of the first tear, -1 in the top level
     inner: tuple[Assignment, ...]  # what the block computes itself
-    residuals: tuple[Expr, ...]  # of a linear block: where all tears are zero
-    unrolled: forward.Unrolled | None
-    tangent: forward.Tangent | None
+    residuals: tuple[Expr, ...] = ()  # of a linear block: where all tears are zero
+    unrolled: forward.Unrolled | None = None
+    tangent: forward.Tangent | None = None
     zero: Steps = ()  # of a linear block: inner unknowns where all tears are zero
     direct: Direct | None = None
 
@@ -46,8 +46,7 @@ class Derived(Data):
         """Everything that the section will have to write, in order."""
         found = [a.value for a in self.inner]
         if self.direct is not None:
-            found.extend(self.direct.formulas)
-            found.extend(r.value for r in self.block.residuals)
+            found.extend(self.direct.values)
         found.extend(value for _, value in self.zero)
         found.extend(self.residuals)
         found.extend(value for _, value in self.steps)
@@ -98,16 +97,18 @@ class Deriver:
             self._learn(own)
         assignments = tuple((a.target, a.value) for a in block.inner)
         slopes = forward.local_slopes(table, block.tears, assignments, residuals)
-        unrolled, tangent = self._jacobian(block, slopes)
         if self._samples is not None:
             self._samples.solve(block, slopes)
+        direct = self._direct(block, slopes) if linear and not height else None
+        if direct is not None:
+            self._learn(own)
+            return Derived(block, height, first, own, direct=direct)
+        unrolled, tangent = self._jacobian(block, slopes)
         zero: Steps = ()
-        direct = None
         if linear:
             zero, residuals = at_zero(table, block)
-            direct = None if height else self._direct(block, slopes)
             self._learn(own)
-        return Derived(block, height, first, own, residuals, unrolled, tangent, zero, direct)
+        return Derived(block, height, first, own, residuals, unrolled, tangent, zero)
 
     def _learn(self, inner: Sequence[Assignment]) -> None:
         for a in inner:

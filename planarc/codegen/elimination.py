@@ -1,7 +1,7 @@
-"""Solves a large linear block by sparse elimination, written out as statements.
+"""Chooses the order in which a large linear block is eliminated.
 
 In:   a linear block of the top level: each equation's slopes by the block's unknowns
-Out:  `Direct`: steps, and the tears as expressions of them
+Out:  `Direct`: the values in the block's equations, and the operations of its elimination
 
 The equations of a mechanism's accelerations and forces are sparse: a body knows its
 neighbours only. Eliminated in the right order, a chain of n rods costs a number of
@@ -15,11 +15,13 @@ half of them where there is no better one.
     r*z - a = 0           becomes (r - m)*z + f = 0
     f - k*z = 0           pivot f (1): (r - m + k)*z = 0 ...
 
+What comes out are operations with numbered numbers (`ir.sparse`); those with 0 and 1 are done
+here.
+
 Needs:     slopes that do not depend on the block's unknowns.
 Promises:  exact but for rounding, where no pivot vanishes. Pivots are not compared
            with each other while running: whoever uses the result must look at the
-           residuals (`residuals` gives their scale), and solve with pivoting when
-           they are not small.
+           residuals, and solve with pivoting when they are not small.
 Reference: H. M. Markowitz, Management Science 3(3), 1957, 255-269; the recursion that
            comes out for chains is R. Featherstone, Robot Dynamics Algorithms, 1987.
 """
@@ -35,17 +37,14 @@ import numpy as np
 from msgspec import Struct, field
 
 from planarc.codegen.jacobian import Local
-from planarc.codegen.residuals import Steps, size_terms
-from planarc.codegen.samples import Samples
-from planarc.codegen.statements import is_trivial
-from planarc.core.data import Data
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, below
+from planarc.codegen.samples import SPREAD, Samples
+from planarc.ir.expr import Exprs, Op, Substitution, below
+from planarc.ir.program import Direct
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector as Values
 
-_CONST = Op.CONST  # as in `ir.expr`
 #: Products per equation from which an elimination fills up and gains nothing.
 MOST_PRODUCTS = 40
 #: Least sizes of a pivot, relative to the other coefficients of its unknown, tried in turn, with
@@ -56,77 +55,141 @@ TRIALS = ((0.1, 0.0), (0.01, 0.0), (0.001, 0.0), (1e-5, 0.0), (1e-5, 0.49))
 SMALLEST = 1e-9
 
 
-class Direct(Data):
-    """The steps before the block that give its tears, and those behind it that give the
-    sizes which its residuals are compared with."""
-
-    steps: Steps  # (temporary, value), in order
-    tears: tuple[Expr, ...]
-    size_steps: Steps
-    sizes: tuple[Expr, ...]
-
-    @property
-    def formulas(self) -> list[Expr]:
-        steps = [value for _, value in (*self.steps, *self.size_steps)]
-        return [*steps, *self.tears, *self.sizes]
-
-
 def eliminate(
     table: Exprs, block: Block, formulas: Sequence[Local], samples: Samples
 ) -> Direct | None:
-    """The block solved by elimination; None where that does not pay or cannot be done. `formulas`
-    are the block's, with their slopes."""
-    tears = block.tears
-    unknowns = [*tears, *(f.target for f in formulas if f.target is not None)]
+    """The block and the order of its elimination; None where that does not pay or cannot be done.
+    `formulas` are the block's, with their slopes."""
+    inner = [f.target for f in formulas if f.target is not None]
+    unknowns = (*block.tears, *inner)
     varying = set(unknowns)
     if not varying.isdisjoint(below(slope for f in formulas for _, slope in f.slopes)):
         return None
     zero = Substitution(table, dict.fromkeys(unknowns, table.zero))
     number = {u: i for i, u in enumerate(unknowns)}
-    work = _Work(table)
-    inner = {a.target: a.value for a in block.inner}
+    given = {a.target: a.value for a in block.inner}
     residuals = iter(block.residuals)
-    for f in formulas:
-        value = next(residuals).value if f.target is None else inner[f.target]
-        row = {number[s]: slope for s, slope in f.slopes}
-        if f.target is not None:
-            own = row.get(number[f.target], table.zero)
-            row[number[f.target]] = table.sub(own, table.one)
-        work.add(row, zero(value))
-    if not work.run(samples):
+    formed = [next(residuals).value if f.target is None else given[f.target] for f in formulas]
+    constants = [zero(value) for value in formed]
+    found = dict.fromkeys((*constants, *(slope for f in formulas for _, slope in f.slopes)))
+    values = [e for e in found if e.op is not Op.CONST]
+    work = _Work(len(block.tears), _Operations(len(values)))
+    done, refs = work.done, {e: 2 * i for i, e in enumerate(values)}
+    refs |= {e: done.number(float(e.data)) for e in found if e.op is Op.CONST}
+    sizes = dict(zip(found, samples.values(list(found)), strict=True))
+    for constant, f in zip(constants, formulas, strict=True):
+        entries = [(number[s], refs[slope], sizes[slope]) for s, slope in f.slopes]
+        work.add(refs[constant], entries, own=f.target is not None)
+    if not work.run():
         return None
-    found = work.substitute(range(len(tears)))
-    return Direct(tuple(work.steps), found, *size_terms(table, block))
+    tears = work.substitute()
+    values += map(table.const, done.numbers)
+    place = {e: i for i, e in enumerate(dict.fromkeys((*values, *found)))}
+    rows = [len(unknowns), len(tears)]
+    for constant, f in zip(constants, formulas, strict=True):
+        rows += (place[constant], len(f.slopes))
+        for s, slope in f.slopes:
+            rows += (number[s], place[slope])
+
+    def placed(listed: Sequence[int]) -> tuple[int, ...]:
+        return tuple(done.placed(ref, len(place)) for ref in listed)
+
+    operations = tuple(map(placed, done.listed))
+    return Direct(unknowns, tuple(place), tuple(rows), operations, placed(tears))
+
+
+#: References of 0 and 1.
+_ZERO, _ONE = -2, -4
+
+
+class _Operations(Struct):
+    """What is done while running, as far as it is known. A number is told by a reference: twice its
+    index, and one more for its negative; constants have negative ones until all are known."""
+
+    values: int
+    listed: list[tuple[int, ...]] = field(default_factory=list)
+    numbers: dict[float, int] = field(default_factory=lambda: {0.0: _ZERO, 1.0: _ONE})
+    exact: dict[int, float] = field(
+        default_factory=lambda: {_ZERO: 0.0, _ZERO ^ 1: 0.0, _ONE: 1.0, _ONE ^ 1: -1.0}
+    )  # by reference
+    known: dict[tuple[int, ...], int] = field(default_factory=dict)
+
+    def number(self, value: float) -> int:
+        """A constant."""
+        ref = self.numbers.setdefault(abs(value), -2 * len(self.numbers) - 2)
+        self.exact[ref], self.exact[ref ^ 1] = abs(value), -abs(value)
+        return ref ^ (value < 0)
+
+    def inverse(self, a: int) -> int:
+        if a in self.exact:
+            return self.number(1.0 / self.exact[a])
+        return self._done(a & -2) ^ a & 1
+
+    def sum(self, a: int, b: int, c: int) -> int:
+        """a + b*c."""
+        exact = self.exact
+        if b in exact and c in exact:
+            b, c = self.number(exact[b] * exact[c]), _ONE
+        elif b & -2 == _ONE or c & -2 == _ZERO:
+            b, c = c, b
+        if b & -2 == _ZERO:
+            return a
+        if c & -2 == _ONE:
+            b, c = b ^ c & 1, _ONE
+            if a & -2 == _ZERO:
+                return b
+            if a == b ^ 1:
+                return _ZERO
+            if a in exact and b in exact:
+                return self.number(exact[a] + exact[b])
+        sign = a & 1
+        return self._done(a ^ sign, (b ^ c ^ sign) & 1 | b & -2, c & -2) ^ sign
+
+    def _done(self, *operation: int) -> int:
+        if operation not in self.known:
+            self.known[operation] = 2 * (self.values + len(self.listed))
+            self.listed.append(operation)
+        return self.known[operation]
+
+    def placed(self, ref: int, known: int) -> int:
+        """The reference where constants stand behind the values, and results behind all `known`."""
+        if ref < 0:
+            return 2 * (self.values - (ref >> 1) - 1) + (ref & 1)
+        return ref if ref < 2 * self.values else ref + 2 * (known - self.values)
 
 
 class _Work(Struct):
-    """The rows while they are eliminated: coefficient by unknown, and constant part.
+    """The rows while they are eliminated: a reference for each coefficient, and its values at the
+    samples, scaled so that the largest of each row and column is near 1: a few each, for which
+    lists are quicker than arrays."""
 
-    `numbers` are the coefficients at the samples, scaled so that the largest of each
-    row and column is near 1: a few each, for which lists are quicker than arrays.
-    """
-
-    table: Exprs
-    rows: list[dict[int, Expr]] = field(default_factory=list)
+    tears: int
+    done: _Operations
+    rows: list[dict[int, int]] = field(default_factory=list)
     numbers: list[dict[int, list[float]]] = field(default_factory=list)
-    constants: list[Expr] = field(default_factory=list)
+    constants: list[int] = field(default_factory=list)
     columns: dict[int, dict[int, None]] = field(default_factory=dict)  # rows of each unknown
-    order: list[tuple[int, int, Expr]] = field(default_factory=list)  # (row, unknown, 1/pivot)
-    steps: list[tuple[Expr, Expr]] = field(default_factory=list)
+    order: list[tuple[int, int, int]] = field(default_factory=list)  # (row, unknown, 1/pivot)
     heap: list[tuple[int, int, int]] = field(default_factory=list)
-    names: dict[Expr, Expr] = field(default_factory=dict)
     products: int = 0
 
-    def add(self, row: dict[int, Expr], constant: Expr) -> None:
-        index = len(self.rows)
-        self.rows.append({j: e for j, e in row.items() if e is not self.table.zero})
+    def add(
+        self, constant: int, entries: Sequence[tuple[int, int, Values]], own: bool = False
+    ) -> None:
+        """A row: unknowns with their coefficients; whether it gives an unknown of its `own`."""
+        index, listed = len(self.rows), list(entries)
+        if own:
+            sizes = np.full(len(SPREAD), -1.0)
+            listed.append((self.tears + index, self.done.number(-1.0), sizes))
+        self.rows.append({j: ref for j, ref, _ in listed})
+        self.numbers.append({j: sizes for j, _, sizes in listed})  # type: ignore[misc]
         self.constants.append(constant)
-        for j in self.rows[-1]:
+        for j, _, _ in listed:
             self.columns.setdefault(j, {})[index] = None
 
-    def run(self, samples: Samples) -> bool:
+    def run(self) -> bool:
         """Eliminate everything; False when that is not possible or fills up."""
-        sizes = samples.values([e for row in self.rows for e in row.values()])
+        sizes = np.array([e for row in self.numbers for e in row.values()])
         finite = np.isfinite(sizes).all(axis=0)  # the samples at which all coefficients are
         if not finite.any():
             return False
@@ -183,9 +246,9 @@ class _Work(Struct):
             heappush(self.heap, (self._cost(i, j), i, j))
 
     def _cost(self, i: int, j: int) -> int:
-        """Markowitz' count of possible new entries; a division counts a little."""
+        """Markowitz' count of possible new entries; a pivot that may vanish counts a little."""
         fill = (len(self.rows[i]) - 1) * (len(self.columns[j]) - 1)
-        return 2 * fill + (self.rows[i][j].op is not _CONST)
+        return 2 * fill + (self.rows[i][j] not in self.done.exact)
 
     def _is_large(self, i: int, j: int, threshold: float, spared: int) -> bool:
         """Whether the pivot is large beside its column, at all samples but so many."""
@@ -199,23 +262,9 @@ class _Work(Struct):
                 spared -= 1
         return True
 
-    def _named(self, e: Expr) -> Expr:
-        """A temporary for a value that is used several times."""
-        if is_trivial(e):
-            return e
-        name = self.names.get(e)
-        if name is None:
-            name = self.names[e] = self.table.symbol(f"$e[{e.id}]")
-            self.steps.append((name, e))
-        return name
-
     def _eliminate(self, i: int, j: int) -> None:
-        t = self.table
-        row = {k: self._named(e) for k, e in self.rows[i].items()}
-        constant = self._named(self.constants[i])
-        pivot = row.pop(j)
-        inverse = self._named(t.div(t.one, pivot))
-        self.rows[i], self.constants[i] = row, constant
+        row = self.rows[i]
+        inverse = self.done.inverse(row.pop(j))
         self.order.append((i, j, inverse))
         others = [k for k in self.columns.pop(j) if k != i]
         for k in row:
@@ -225,40 +274,38 @@ class _Work(Struct):
         for k in others:
             self._offer(k)
 
-    def _subtract(self, i: int, j: int, pivot_row: int, inverse: Expr) -> None:
+    def _subtract(self, i: int, j: int, pivot_row: int, inverse: int) -> None:
         """Take the pivot's row from row i, so that unknown j vanishes from it."""
-        t, target, numbers = self.table, self.rows[i], self.numbers[i]
-        factor = self._named(t.mul(target.pop(j), inverse))
+        done, target, numbers = self.done, self.rows[i], self.numbers[i]
+        factor = done.sum(_ZERO, target.pop(j), inverse) ^ 1
         beside = self.numbers[pivot_row]
         # A sample whose pivot is 0 was spared: it has no numbers from here on.
         pairs = zip(numbers.pop(j), beside[j], strict=True)
         ratio = [a / b if b else math.nan for a, b in pairs]
         none = [0.0] * len(ratio)
         for k, e in self.rows[pivot_row].items():
-            product = t.mul(factor, e)
-            new = t.sub(target[k], product) if k in target else t.neg(product)
+            new = done.sum(target.get(k, _ZERO), factor, e)
             self.products += 1
-            if new is not t.zero:
+            if new & -2 != _ZERO:
                 target[k] = new
                 known = zip(numbers.get(k, none), ratio, beside[k], strict=True)
                 numbers[k] = [a - r * b for a, r, b in known]
                 self.columns[k][i] = None
             elif k in target:
                 del target[k], numbers[k], self.columns[k][i]
-        constant = self.constants[pivot_row]
-        self.constants[i] = t.sub(self.constants[i], t.mul(factor, constant))
+        self.constants[i] = done.sum(self.constants[i], factor, self.constants[pivot_row])
 
-    def substitute(self, wanted: Sequence[int]) -> tuple[Expr, ...]:
-        """The unknowns, backwards; only those that the wanted ones need."""
-        needed = set(wanted)
+    def substitute(self) -> list[int]:
+        """The tears, backwards; of the other unknowns only those that they need."""
+        needed = set(range(self.tears))
         for i, j, _ in self.order:
             if j in needed:
                 needed.update(self.rows[i])
-        t = self.table
-        found: dict[int, Expr] = {}
+        found: dict[int, int] = {}
         for i, j, inverse in reversed(self.order):
             if j in needed:
-                terms = (t.mul(e, found[k]) for k, e in self.rows[i].items())
-                total = t.add(self.constants[i], *terms)
-                found[j] = self._named(t.neg(t.mul(total, inverse)))
-        return tuple(found[j] for j in wanted)
+                total = self.constants[i]
+                for k, e in self.rows[i].items():
+                    total = self.done.sum(total, e, found[k])
+                found[j] = self.done.sum(_ZERO, total, inverse) ^ 1
+        return [found[j] for j in range(self.tears)]

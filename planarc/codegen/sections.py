@@ -80,7 +80,7 @@ class _Writer:
         homes, fixed_lets, moving_lets = self._home_aliases(names)
         levels, rest = self._derive(reach)
         steps = [s for steps in (*levels, rest) for s in steps]
-        self._blocks = BlockWriter(self._table, self._temporaries, Modes(self._dae, steps))
+        self._blocks = BlockWriter(self._table, layout, self._temporaries, Modes(self._dae, steps))
         moving = [f for s in steps for f in _formulas(s)]
         moving += [*zeros, *initial, *(v for _, v, _ in discrete), *(v for _, v in moving_lets)]
         self._parts = name_parts(self._table, moving, names)

@@ -216,7 +216,9 @@ class _Deriver:
     def _block(self, block: int, code: BlockCode) -> _Piece:
         inner = list(code.body[: code.inner])
         if code.direct is not None:
-            lets, residuals = [*inner, *code.direct.check], code.direct.residuals
+            names = (f"$rest[{block}][{i}]" for i, _ in enumerate(code.residuals))
+            residuals = tuple(map(self._table.symbol, names))
+            lets = [*inner, *map(Let, residuals, code.residuals)]
         elif code.linear and code.residuals:
             more, residuals = self._linear(code)
             lets = [*inner, *more]

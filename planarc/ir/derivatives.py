@@ -78,9 +78,7 @@ class Passing(IntEnum):
     STRIDE = 10  # how long a row of `LOCAL` is, likewise
     RATES = 11  # int64, of each state the node of its derivative, or -1
     STATE_COLUMNS = 12  # int64
-    SCALES = 13  # of each state: differences are not taken with smaller steps
-    MOVED = 14  # room for states
-    DATA = 15  # SUNDIALS' SUNDenseMatrix_Data
+    MOVED = 13  # room for states
 
 
 class Tape:

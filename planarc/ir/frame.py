@@ -5,7 +5,7 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     w         float64   the workspace (see `program`)
     numbers   int64     flags, the selected states, the unknowns of each block
     accepted  float64   values, first and second derivatives of all tears, and the time
-    area      float64   residuals, Jacobian and Newton's method of each block
+    area      float64   residuals, Jacobian and Newton's method of each block; sizes of unknowns
     vector    pointer   SUNDIALS' N_VGetArrayPointer
     past      int64     the past of delayed signals (`history.Memory`)
     passing   pointer   what derivatives are passed on in (`Passing`), where they are
@@ -13,6 +13,8 @@ A kernel's *frame* is an array of pointers that every compiled function gets:
     shifts    float64   what CVODE's zero functions are moved by (the first `Number.SHIFTED`)
     angles    int64     how many angles of loops there are, and for each its slot and its place in
                         `accepted`: CVODE's steps move them by less than `REACH`
+    nominal   float64   the size of each state, where differences find it smaller
+    matrix    pointer   SUNDIALS' SUNDenseMatrix_Data
 
 and a block's *record* is a row of int64 constants in the compiled model:
 
@@ -43,6 +45,8 @@ class Frame(IntEnum):
     ZEROS = 7
     SHIFTS = 8
     ANGLES = 9
+    NOMINAL = 10
+    MATRIX = 11
 
 
 class Number(IntEnum):
@@ -93,6 +97,7 @@ class Placement(Data):
     numbers: int
     accepted: int
     area: int
+    sizes: int  # where those of unknowns begin in `area`, one a slot
 
     def residuals(self, block: int) -> int:
         """The place in `area` at which the residuals of a block begin."""
@@ -136,7 +141,8 @@ def place(program: Program) -> Placement:
         solved += len(b.residuals)
         area += ARRAYS + len(b.residuals) * (1 + len(b.tears) + ROW_ARRAYS)
         area += TEAR_ARRAYS * len(b.tears)
-    return Placement(tuple(records), solved, 3 * total + 1, area)
+    sizes = program.size if any(b.direct is not None for b in blocks) else 0
+    return Placement(tuple(records), solved, 3 * total + 1, area + sizes, area)
 
 
 @once

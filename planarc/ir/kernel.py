@@ -118,10 +118,16 @@ class Machine(Protocol):
     def shift(self, shifts: Sequence[float]) -> None:
         """Move what `cv_roots` gives by so much; by nothing where none are given."""
 
-    def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
-        """The address of the Jacobian as CVODE calls it, for the present choice of states, or
-        0. Where formulas fail, it takes differences, not smaller than 1.5e-8 of `scales`.
-        `matrix_numbers` is the address of SUNDIALS' function that gives a matrix's numbers."""
+    def measure(self, nominal: Sequence[float]) -> None:
+        """Tell the sizes of the states, where differences find them smaller."""
+
+    def cv_differences(self, matrix_numbers: int) -> int:
+        """The address of the Jacobian by differences, as CVODE calls it. `matrix_numbers` is that
+        of SUNDIALS' function that gives a matrix's numbers."""
+
+    def cv_jacobian(self, matrix_numbers: int) -> int:
+        """That by formulas, for the present choice of states, or 0 where there are none; where
+        they fail, it takes those differences."""
 
 
 #: The program that leads to a start from simplified equations (`dae.HOMOTOPY`), loaded.

@@ -56,16 +56,17 @@ class Tangent(Data):
 
 
 class Direct(Data):
-    """The tears of a linear block from an elimination in a fixed order, done before it.
+    """A linear block as a sparse system that is eliminated in a fixed order (`planarc.ir.sparse`).
 
-    They count when, after the inner unknowns, every residual is within rounding of its
-    size (`planarc.ir.newton.FITS`); `check` computes both.
+    What comes out counts when every residual is within rounding of its size
+    (`planarc.ir.newton.FITS`); else the block is solved with pivoting.
     """
 
-    tears: tuple[Expr, ...]
-    check: tuple[Let, ...]
-    residuals: tuple[Expr, ...]
-    sizes: tuple[Expr, ...]
+    unknowns: tuple[Expr, ...]  # the tears, then the inner ones that residuals depend on
+    values: tuple[Expr, ...]  # what has a slot, and numbers
+    rows: tuple[int, ...]
+    operations: tuple[tuple[int, ...], ...]
+    tears: tuple[int, ...]
 
 
 class BlockCode(Data):
@@ -78,10 +79,10 @@ class BlockCode(Data):
 
     The first `inner` statements of `body` give every unknown of the block; the others
     only the residuals. A `linear` block has no others: its residuals where all tears
-    are zero, and its constant Jacobian, are known before it; where it has a `direct`
-    solution, `jacobian_body` computes them when that one does not count. A large block
+    are zero, and its constant Jacobian, are known before it. A large block
     has no `jacobian` but a `tangent`: run `jacobian_body` once, then the tangent for
-    each column j with seed j = 1, all other seeds 0.
+    each column j with seed j = 1, all other seeds 0. One with a `direct` solution has
+    neither, and its residuals are formulas of its unknowns.
 
     `modal`: its matrix depends on discrete values, so that it may be singular in some
     modes (`planarc.ir.newton`).

@@ -76,6 +76,7 @@ class Bench:
             form.followed,
             form.waves,
             form.angles,
+            bool(self.events.touches),
         )
         self.integrator: Integrator
         if request.stepping:

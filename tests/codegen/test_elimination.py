@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from planarc.codegen.elimination import _Work
+from planarc.codegen.elimination import _Operations, _Work
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
-from planarc.ir.expr import Exprs
 from planarc.ir.program import Program
 from planarc.ir.sorted import Block, SortedDae
+from planarc.ir.sparse import operations_of
 from planarc.solve.kernels import load
 from tests.ir.check.program import check
 
@@ -91,6 +92,26 @@ def test_elimination_solves_the_block(
     assert found == pytest.approx(reference.tolist(), rel=1e-10)
 
 
+def test_operations_give_the_tears(
+    build: Callable[[str], Any], backend: Callable[[Program], Any]
+) -> None:
+    """Without pivoting, which would give them, too."""
+    n = 12
+    program = generate(chain(build, n))
+    kernel = backend(program)
+    found = solved(program, kernel, n, 2.0)
+    direct = program.blocks[-1].direct
+    assert direct is not None
+    slots = program.slots
+    numbers = [float(e.data if e.is_const else kernel.w[slots[str(e)]]) for e in direct.values]
+    for a, negative, factors in operations_of(direct):
+        product = math.prod(numbers[i] for i in factors) * (-1 if negative else 1)
+        given = 0.0 if a is None else numbers[a]
+        numbers.append(given + product if factors else 1.0 / given)
+    tears = [numbers[ref >> 1] * (-1 if ref & 1 else 1) for ref in direct.tears]
+    assert tears == pytest.approx(found, rel=1e-10)
+
+
 @pytest.mark.parametrize("zero", ["q[3]", "s[3]", "q[0]", "s[8]"])
 @pytest.mark.parametrize("value", [0.0, 1e-14, 1e9])
 def test_parameters_may_change_after_compiling(
@@ -165,27 +186,42 @@ def test_asked_matrix_is_that_of_the_block(
 @pytest.mark.parametrize("small", [1, 3])
 def test_a_pivot_may_be_tiny_at_fewer_than_half_of_the_samples(small: int) -> None:
     """The last pivot of a long row of loops vanishes near one position or other."""
-    table = Exprs()
-    work, samples = pencil(table, small)
-    assert work.run(samples)
-    assert [(i, j) for i, j, _ in work.order] == [(0, 0), (1, 1)]
+    work = pencil(small)
+    assert work.run()
+    assert [(i, j) for i, j, *_ in work.order] == [(0, 0), (1, 1)]
 
 
 def test_a_pivot_that_is_tiny_at_most_samples_is_none() -> None:
-    work, samples = pencil(Exprs(), 4)
-    assert not work.run(samples)
+    work = pencil(4)
+    assert not work.run()
 
 
-def pencil(table: Exprs, small: int) -> tuple[_Work, Any]:
+def pencil(small: int) -> _Work:
     """x = 1, d*y = 1, with d almost zero at so many of seven samples."""
-    d = table.symbol("d")
-    values = {table.one: [1.0] * 7, d: [1e-12] * small + [1.0] * (7 - small)}
-    work = _Work(table)
-    work.add({0: table.one}, table.one)
-    work.add({1: d}, table.one)
+    work = _Work(2, _Operations(1))
+    one = work.done.number(1.0)
+    work.add(one, [(0, one, np.ones(7))])
+    work.add(one, [(1, 0, np.array([1e-12] * small + [1.0] * (7 - small)))])
+    return work
 
-    class Samples:
-        def values(self, roots: list[Any]) -> np.ndarray[Any, Any]:
-            return np.array([values[e] for e in roots])
 
-    return work, Samples()
+def test_operations_with_0_and_1_are_done_before() -> None:
+    """Of the numbers a and b, told by 0 and 2; 1 and 3 are their negatives."""
+    done, a, b = _Operations(2), 0, 2
+    zero, one, two = map(done.number, (0.0, 1.0, 2.0))
+    assert done.sum(a, zero, b) == done.sum(a, b, zero) == a
+    assert done.sum(zero, one, b) == done.sum(zero, b, one) == b
+    assert done.sum(zero, done.number(-1.0), b) == b ^ 1
+    assert done.sum(b, one, b ^ 1) == zero
+    assert done.sum(one, two, two) == done.number(5.0)
+    assert done.inverse(done.number(-2.0)) == done.number(-0.5)
+    assert not done.listed
+
+
+def test_operations_are_done_once_whatever_their_sign() -> None:
+    done, a, b = _Operations(2), 0, 2
+    first = done.sum(a, a, b)
+    assert done.sum(a, a ^ 1, b ^ 1) == first
+    assert done.sum(a ^ 1, a ^ 1, b) == first ^ 1
+    assert done.inverse(b ^ 1) == done.inverse(b) ^ 1
+    assert done.listed == [(a, a, b), (b,)]

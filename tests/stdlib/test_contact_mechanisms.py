@@ -225,3 +225,24 @@ def test_velocities_jump_as_those_of_a_system_in_absolute_coordinates(
         ours, by_hand, before, after = jumps(model, given, speed)
         np.testing.assert_allclose(ours, by_hand, rtol=0, atol=1e-10)
         assert after <= before * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_an_impact_stops_what_it_hardly_moves(backend: str) -> None:
+    """The normal is nearly square to the path of the point."""
+    model = planarc.load(FOURBAR, backend=backend)
+    tip = [0.6, -0.05]
+    given = {"tip.r[1]": tip[0], "tip.r[2]": tip[1], "wall.r[2]": -1e3}
+
+    def begun(w: float) -> Any:
+        return model.simulate(stop_time=1e-9, intervals=1, parameters=given, start={"pin1.w": w})
+
+    free = begun(1.0)
+    arm = turned(free["body2.phi"][0], tip)
+    end = np.array([free[f"body2.frame_a.r[{k}]"][0] for k in (1, 2)])
+    path = free["body1.w"][0] * turned(np.pi / 2, end) + free["body2.w"][0] * turned(np.pi / 2, arm)
+    given |= {"wall.r[1]": (end + arm)[0], "wall.r[2]": (end + arm)[1]}
+    for off in (1e-2, 1e-3, 1e-4):
+        given["wall.phi"] = float(np.arctan2(path[1], path[0])) + off
+        meets, parts = (begun(w)["pin1.w"][0] for w in (4.0, -4.0))
+        assert (meets, parts) == pytest.approx((0.0, -4.0), abs=1e-12)

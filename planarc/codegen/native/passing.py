@@ -12,7 +12,7 @@ twice: with its tears at rest and, beside it, with each of them moving by one, w
 the matrix and right sides of a linear system; then with the motions of the tears.
 
 Flags are 0, or 1 where a group's matrix is singular or a derivative is not finite. Then
-`pc_cv_jacobian` takes differences.
+`pc_cv_jacobian` takes differences (`runtime`).
 """
 
 from __future__ import annotations
@@ -34,9 +34,8 @@ from planarc.ir.frame import Frame, Number
 _DECLARED = """
 declare double @llvm.fabs.f64(double)
 declare i32 @pc_rhs(ptr, double, ptr, ptr)
+declare i32 @pc_cv_differences(double, ptr, ptr, ptr, ptr, ptr, ptr, ptr)
 """
-#: The step of a difference, relative to the state or its scale: the root of the rounding.
-STEP = 1.5e-8
 #: Number of columns that are passed on along all rows before the next ones, so that they
 #: stay in the processor's memory.
 PANEL = 32
@@ -303,13 +302,13 @@ def _gather(c: Code, passing: Value, nodes: Value, count: Value, out: Value) -> 
 
 @function("i32 pc_cv_jacobian(double t, ptr y, ptr f, ptr matrix, ptr frame, ptr a, ptr b, ptr c)")
 def _cv_jacobian(
-    c: Code, t: Value, y: Value, f: Value, matrix: Value, frame: Value, *_: Value
+    c: Code, t: Value, y: Value, f: Value, matrix: Value, frame: Value, *room: Value
 ) -> None:
     """Column by column, from a point where blocks are solved once."""
     passing = frame.load(POINTER, Frame.PASSING)
     tape = _Tape(passing)
-    get, data = frame.load(POINTER, Frame.VECTOR), passing.load(POINTER, Passing.DATA)
-    y, f, out = get.call(POINTER, y), get.call(POINTER, f), data.call(POINTER, matrix)
+    vectors, out = (y, f), frame.load(POINTER, Frame.MATRIX).call(POINTER, matrix)
+    y = frame.load(POINTER, Frame.VECTOR).call(POINTER, y)
     moved = passing.load(POINTER, Passing.MOVED)
     n = frame.load(POINTER, Frame.NUMBERS).load(INT, Number.STATES)
     flag = c.variable(c.call(FLAG, "pc_rhs", frame, t, y, moved), FLAG)
@@ -334,18 +333,4 @@ def _cv_jacobian(
                     total.set(total.get() + value * 0.0)
     with c.when(flag.get().equals(0) & total.get().equals(0.0), leaves=True):
         c.give(0)
-    scales = passing.load(POINTER, Passing.SCALES)
-    with c.loop(n) as j:
-        with c.loop(n) as i:
-            moved.store(y.load(REAL, i), i)
-        size = c.largest(c.absolute(y.load(REAL, j)), scales.load(REAL, j))
-        there = y.load(REAL, j) + size * STEP
-        moved.store(there, j)
-        step = there - y.load(REAL, j)
-        column = out.at(j * n)
-        flag.set(c.call(FLAG, "pc_rhs", frame, t, moved, column))
-        with c.when(~flag.get().equals(0), leaves=True):
-            c.give(1)
-        with c.loop(n) as i:
-            column.store((column.load(REAL, i) - f.load(REAL, i)) / step, i)
-    c.give(0)
+    c.give(c.call(FLAG, "pc_cv_differences", t, *vectors, matrix, frame, *room))

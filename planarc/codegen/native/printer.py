@@ -8,8 +8,8 @@ Out:  one module with the functions
 
 and the constant `pc_blocks`: how many blocks, then each block's record
 (`planarc.ir.frame`). A function reads and writes the workspace, gives 0 or the flag
-of a block that failed, and solves blocks with `pc_start`, `pc_step` and `pc_linear`,
-which are the same for all models (`newton`).
+of a block that failed, and solves blocks with `pc_start`, `pc_step`, `pc_linear`
+(`newton`) and `pc_direct` (`sparse`), which are the same for all models.
 
 Example, a block of one tear, compare with the NumPy text:
 
@@ -58,6 +58,7 @@ from planarc.codegen.native.rolling import (
     roll_gathered,
 )
 from planarc.codegen.native.shapes import Shapes, is_number
+from planarc.codegen.native.sparse import operate, rows_by_slot
 from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
 from planarc.codegen.native.summing import Sums
 from planarc.codegen.native.turning import (
@@ -69,7 +70,6 @@ from planarc.codegen.native.turning import (
 )
 from planarc.ir.expr import Expr, Op, postorder, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
-from planarc.ir.newton import FITS
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ declare i32 @pc_step(ptr, ptr)
 declare i32 @pc_pair(ptr, ptr)
 declare i32 @pc_linear(ptr, ptr)
 declare i32 @pc_linear_pair(ptr, ptr)
+declare i32 @pc_direct(ptr, ptr, ptr, ptr)
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
@@ -118,7 +119,8 @@ def ir(
         section("pc_discrete", seldom=True).text(program.discrete),
         "" if speller is None else speller.text(),
     )
-    return "\n".join((declarations() + _RUNTIME, _records(placement), *functions))
+    head = declarations() + _RUNTIME
+    return "\n".join((head, _records(placement), _rows(program), *functions))
 
 
 def slopes_ir(
@@ -146,6 +148,15 @@ def _slots(program: Program) -> Callable[[Expr], int | None]:
 def _records(placement: Placement) -> str:
     numbers = [len(placement.records), *(n for r in placement.records for n in r)]
     return table("pc_blocks", numbers)
+
+
+def _rows(program: Program) -> str:
+    """The rows of blocks that are eliminated in a fixed order."""
+    return "".join(
+        table(f"pc_rows_{i}", rows_by_slot(code.direct, program.slots))
+        for i, code in enumerate(program.blocks)
+        if code.direct is not None
+    )
 
 
 class _Section:
@@ -452,13 +463,9 @@ class _Section:
             self._solve_nonlinear(statement.block, code)
 
     def _solve_linear(self, block: int, code: BlockCode) -> None:
-        c = self._code
         self._work(block, code)
-        behind, failed = c.label(), c.label()
         name = "pc_linear_pair" if self._is_pair(code) else "pc_linear"
-        flag = c.call(FLAG, name, self._frame, self._record(block))
-        c.branch(flag < 0, failed, behind)
-        self._end(flag, failed, behind)
+        self._call(name, self._record(block))
         self._read_tears(code)
         self._write(code.body)
 
@@ -467,33 +474,21 @@ class _Section:
         return not self._small and len(code.residuals) == 2
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
-        c = self._code
-        for tear, e in zip(code.tears, direct.tears, strict=True):
+        for tear, value in zip(code.tears, operate(direct, self._value, self._break), strict=True):
             slot = self._slot(tear)
             assert slot is not None
-            self._w.store(real(c, self._value(e)), slot)
-        before, again, check, work, solved, failed, behind = (c.label() for _ in range(7))
-        c.enter(before)
-        c.enter(again)
-        done = c.register()
-        c.line(f"{done} = phi i1 [ false, %{before} ], [ true, %{solved} ]")
-        self._read_tears(code)
-        self._write(code.body)
-        c.line(f"br i1 {done}, label %{behind}, label %{check}")
-        c.begin(check)
-        with self._aside():
-            self._write(direct.check)
-            mode = self._frame.load(POINTER, Frame.NUMBERS).load(INT, Number.MODE)
-            fits = ~mode.equals(Mode.MATRICES)
-            for r, s in zip(direct.residuals, direct.sizes, strict=True):
-                fits = fits & (c.absolute(self._leaf(r)) <= self._leaf(s) * FITS)
-            c.branch(fits, behind, work)
-            c.begin(work)
-            self._work(block, code)
-        flag = c.call(FLAG, "pc_linear", self._frame, self._record(block))
-        c.branch(flag < 0, failed, solved)
-        c.begin(solved)
-        c.jump(again)
+            self._w.store(value, slot)
+        rows = Value(self._code, POINTER, f"@pc_rows_{block}")
+        self._call("pc_direct", self._record(block), rows, self._area.at(self._placement.sizes))
+        known = set(direct.unknowns)  # in the workspace now
+        self._write(let for let in code.body if let.target not in known)
+
+    def _call(self, function: str, *arguments: Value) -> None:
+        """Leave where a function that solves a block fails."""
+        c = self._code
+        behind, failed = c.label(), c.label()
+        flag = c.call(FLAG, function, self._frame, *arguments)
+        c.branch(flag < 0, failed, behind)
         self._end(flag, failed, behind)
 
     def _end(self, flag: Value, failed: str, behind: str) -> None:

@@ -24,7 +24,7 @@ def reads_of(program: Program, shapes: Shapes) -> Counter[Expr]:
     for code in program.blocks:
         values += taken_values(code)
         if code.direct is not None:
-            values += [*code.direct.tears, *code.direct.residuals, *code.direct.sizes]
+            values += code.direct.values
     return counted(values, shapes)
 
 

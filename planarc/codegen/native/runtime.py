@@ -2,6 +2,7 @@
 
     pc_rhs, pc_outputs, pc_roots, pc_accept, pc_evaluate   see `planarc.ir.kernel.Kernel`
     pc_cv_rhs, pc_cv_roots                                 two of them as CVODE calls them
+    pc_cv_differences                                      the Jacobian as CVODE calls it
     pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`) and its elimination (`gauss`), looks at the choice of states (`look`),
@@ -21,8 +22,10 @@ from planarc.codegen.native.newton import newton_functions, open_frame
 from planarc.codegen.native.pair import pair_functions
 from planarc.codegen.native.reaching import give_where_far
 from planarc.codegen.native.root import root_function
+from planarc.codegen.native.sparse import direct_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
+from planarc.ir.newton import DIFFERENCE
 from planarc.runtime.history import DEGREE, TERMS, Memory
 
 _DECLARED = """
@@ -40,6 +43,7 @@ def runtime_text(solver: str | None = None) -> str:
     """The whole module, with another text in the place of elimination where one is given."""
     functions = (
         *newton_functions(),
+        direct_function(),
         *(solve_functions() if solver is None else (solver,)),
         *pair_functions(),
         *look_functions(),
@@ -54,6 +58,7 @@ def runtime_text(solver: str | None = None) -> str:
         _evaluate(),
         _cv_rhs(),
         _cv_roots(),
+        _cv_differences(),
         _past(),
         march_function(),
         sweep_function(),
@@ -205,4 +210,33 @@ def _cv_roots(c: Code, t: Value, y: Value, g: Value, frame: Value) -> None:
     shifts = frame.load(POINTER, Frame.SHIFTS)
     with c.loop(numbers.load(INT, Number.SHIFTED)) as i:
         g.store(g.load(REAL, i) + shifts.load(REAL, i), i)
+    c.give(0)
+
+
+@function(
+    "i32 pc_cv_differences(double t, ptr y, ptr f, ptr matrix, ptr frame, ptr a, ptr b, ptr c)"
+)
+def _cv_differences(
+    c: Code, t: Value, y: Value, f: Value, matrix: Value, frame: Value, a: Value, *_: Value
+) -> None:
+    """Column by column. CVODE's own steps are some 1e-17 where a state is near zero and steps are
+    short: what does not depend on it then does by rounding."""
+    numbers = frame.load(POINTER, Frame.NUMBERS)
+    y, f, moved = _vector(frame, y), _vector(frame, f), _vector(frame, a)
+    out = frame.load(POINTER, Frame.MATRIX).call(POINTER, matrix)
+    nominal = frame.load(POINTER, Frame.NOMINAL)
+    n = numbers.load(INT, Number.STATES)
+    with c.loop(n) as j:
+        with c.loop(n) as i:
+            moved.store(y.load(REAL, i), i)
+        size = c.largest(c.absolute(y.load(REAL, j)), nominal.load(REAL, j))
+        there = y.load(REAL, j) + size * DIFFERENCE
+        moved.store(there, j)
+        step = there - y.load(REAL, j)
+        column = out.at(j * n)
+        flag = c.call(FLAG, "pc_rhs", frame, t, moved, column)
+        with c.when(~flag.equals(0), leaves=True):
+            c.give(1)
+        with c.loop(n) as i:
+            column.store((column.load(REAL, i) - f.load(REAL, i)) / step, i)
     c.give(0)

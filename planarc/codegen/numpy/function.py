@@ -19,7 +19,8 @@ from planarc.codegen.numpy.formulas import formula, is_truth
 from planarc.codegen.numpy.names import Names, comment
 from planarc.core.prose import counted
 from planarc.ir.expr import Expr, Op, postorder, text
-from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
+from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
+from planarc.ir.sparse import operations_of, read_rows
 
 _INSIDE = " " * 8
 
@@ -86,7 +87,7 @@ class FunctionText(Struct):
             if isinstance(s, Solve):
                 code = self._program.blocks[s.block]
                 roots += taken_values(code)
-                roots += code.direct.tears if code.direct is not None else ()
+                roots += code.direct.values if code.direct is not None else ()
         read = {
             self._slots[text(e)]: e
             for e in postorder(roots)
@@ -163,14 +164,46 @@ class FunctionText(Struct):
 
     def _direct(self, block: str, code: BlockCode) -> list[str]:
         assert code.direct is not None
-        tears = _tuple(self._formula(e, careful=True) for e in code.direct.tears)
-        lines = self._until_done(block, f"take({tears})", code, code.body)
-        lines += [self._let(s, _INSIDE) for s in code.direct.check]
-        residuals = _tuple(self._names(r) for r in code.direct.residuals)
-        sizes = _tuple(self._names(s) for s in code.direct.sizes)
-        lines += [f"{_INSIDE}if block.fits({residuals}, {sizes}):", f"{_INSIDE}    break"]
-        lines += [self._let(s, _INSIDE) for s in code.jacobian_body]
-        return lines + self._matrix(code, _INSIDE, "tears = block.solve")
+        values = [self._formula(e) for e in code.direct.values]
+        lines, tears = self._operations(code.direct, list(values))
+        lines += self._until_done(block, f"take({tears})", code, code.body)
+        more, sizes = self._sizes(code.direct, values)
+        residuals = _tuple(map(self._formula, code.residuals))
+        return [
+            *lines,
+            *more,
+            f"{_INSIDE}if block.fits({residuals}, {sizes}):",
+            f"{_INSIDE}    break",
+            f"{_INSIDE}tears = block.pivot({_tuple(values)})",
+        ]
+
+    def _operations(self, direct: Direct, numbers: list[str]) -> tuple[list[str], str]:
+        """The lines of the operations, and the tears that they give."""
+        lines = []
+        for k, (a, negative, factors) in enumerate(operations_of(direct)):
+            value = "*".join(numbers[i] for i in factors)
+            if a is None:
+                value = f"-{value}" if negative else value
+            else:
+                sign, first = "-" if negative else "+", numbers[a]
+                value = f"{first} {sign} {value}" if factors else f"1.0/{first} if {first} else nan"
+            numbers.append(self._hidden(f"$o{k}"))
+            lines.append(f"    {numbers[-1]} = {value}")
+        return lines, _tuple(f"{'-' * (ref & 1)}{numbers[ref >> 1]}" for ref in direct.tears)
+
+    def _sizes(self, direct: Direct, values: Sequence[str]) -> tuple[list[str], str]:
+        """The lines of the sizes of all rows, and those of the residuals."""
+        lines, tears = [], direct.unknowns[: len(direct.tears)]
+        sizes = [f"abs({self._names(tear)})" for tear in tears]
+        for k, (constant, entries) in enumerate(read_rows(direct.rows)):
+            terms = [f"abs({values[v]})*{sizes[j]}" for j, v in entries]
+            sizes.append(self._hidden(f"$s{k}"))
+            total = " + ".join([f"abs({values[constant]})", *terms])
+            lines.append(f"{_INSIDE}{sizes[-1]} = {total}")
+        return lines, _tuple(sizes[-len(tears) :])
+
+    def _hidden(self, name: str) -> str:
+        return self._names(self._program.table.symbol(name))
 
     def _nonlinear(self, block: str, code: BlockCode) -> list[str]:
         lines = self._until_done(block, "start(t)", code, code.body[: code.inner])

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.codegen.native.passing import STEP
 from planarc.export.instance.block import larger, nominal_of, plan, whole
 from planarc.export.instance.slopes import has_slopes
 from planarc.export.instance.steps import BEGIN, TRIAL, vector
 from planarc.export.plan import Own, Table
 from planarc.ir.derivatives import CHUNK, Passing
 from planarc.ir.frame import Number
+from planarc.ir.newton import DIFFERENCE
 
 _GAMMA = 0.25
 _NODES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
@@ -95,7 +95,7 @@ def _jacobian(c: Code, m: Value, t: Value, out: Value) -> None:
     with c.loop(n) as j:
         c.run("px_copy", trial, begin, n)
         x = begin.load(REAL, j)
-        there = x + larger(c, c.absolute(x), nominal_of(c, m, j)) * STEP
+        there = x + larger(c, c.absolute(x), nominal_of(c, m, j)) * DIFFERENCE
         trial.store(there, j)
         flag = c.call(FLAG, "pc_rhs", m, t, trial, moved)
         with c.when(~flag.equals(0), leaves=True):
@@ -138,7 +138,7 @@ def _stiff(c: Code, m: Value, t: Value, h: Value) -> None:
             room.last.store(0.0, i)
         c.give(c.call(FLAG, "pc_rhs", m, t + h, trial, vector(c, m, 6)))
     attempt(c.call(FLAG, "px_jacobian", m, t, room.matrix))
-    later = t + larger(c, c.absolute(t), c.constant(1.0, REAL)) * STEP
+    later = t + larger(c, c.absolute(t), c.constant(1.0, REAL)) * DIFFERENCE
     flag = c.call(FLAG, "pc_rhs", m, later, begin, room.of_time)
     with c.loop(n) as i:
         change = (room.of_time.load(REAL, i) - first.load(REAL, i)) / (later - t)

@@ -133,6 +133,7 @@ class Impacts:
         if x.any():
             if not self._touches.evaluate(t, y):
                 return [], messages.unsolved(self._touches, t)
+            instant.refine(y, x, self._touches.speeds())
             free = self._touches.motion()
         else:  # what is held does not rest, but makes good its errors
             sticks = held & (before["way"] == STICKS)
@@ -200,8 +201,9 @@ class _Instant:
         bound = np.flatnonzero(self._joints)
         self._a[bound, bound] = most  # as if a force of its own met a limit
         self.press: Callable[[Array, Vector], Vector | None] = lambda _, x: x
-        v = np.where(before["held"][some] != 0, 0.0, before["v"][some])
-        self.u = np.concatenate([v, before["slip"][some]])
+        v, held = before["v"][some], before["held"][some] != 0
+        self._drift = np.concatenate([held * v, np.zeros(k)])  # what is held does not approach
+        self.u = np.concatenate([v, before["slip"][some]]) - self._drift
         self._e, self._mu = before["e"][some], before["mu"][some]
         self._way, self._loose, self._fastest = before["way"][some], loose[some], fastest
         self.noise = 0.0  # an acceleration that is none
@@ -236,6 +238,17 @@ class _Instant:
         for i, change in enumerate((self._states @ x).tolist()):
             y[i] += change
         return bool(np.isfinite(x).all())
+
+    def refine(self, y: list[float], x: Vector, speeds: Vector) -> None:
+        """Correct the impulses by the speeds that came of them: of a touch that hardly moves what
+        it strikes, what they do is known to few digits."""
+        k, acts = self._k, x != 0
+        cases = [(bool(n), STICKS if s else IDLE) for n, s in zip(acts[:k], acts[k:], strict=True)]
+        spots = [Spot(0.0, way) for _, way in cases]
+        off = speeds[self.rows] - self._drift - self.u
+        found = solve_case(self._a, off, spots, cases)
+        if found is not None:
+            self.move(y, found.x)
 
     def modes(
         self, free: Vector, low: Vector, first: Vector, before: Vector, short: float

@@ -108,6 +108,10 @@ class Touches(Points):
         self._read.t = t
         return self.kernel.outputs(t, y) == 0
 
+    def speeds(self) -> Vector:
+        """Velocities of all touches: normal, then slip."""
+        return np.concatenate([self.get("v"), self.get("slip")])
+
     def motion(self) -> Vector:
         """Accelerations of all touches: normal, then slip."""
         return np.concatenate([self.get("a"), self.get("a_slip")])

@@ -203,10 +203,7 @@ class Rounding:
                 for row, r in zip(entries, code.residuals, strict=True)
             ]
         self._run(code.body)
-        if code.direct is None:
-            return [self._leaf(r) for r in code.residuals]
-        self._run(code.direct.check)
-        return [self._leaf(r) for r in code.direct.residuals]
+        return [_rough(evaluate(r, self._leaf, _called)) for r in code.residuals]
 
     def _slot(self, e: Expr) -> int | None:
         if e not in self._slots:

@@ -43,6 +43,8 @@ class Replay:
         code = program.blocks[block]
         for _ in self._run((*program.levels, program.rest, program.initial), block):
             pass
+        if code.direct is not None:
+            return [self._value(r) for r in code.residuals]
         values = [self._values.get(r, math.nan) for r in code.residuals]
         return self._linear(code, values) if code.linear else values
 

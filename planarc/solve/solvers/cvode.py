@@ -29,6 +29,10 @@ sides. From formulas it takes a third of that from N = 20 on, and as long for N 
 so that a run of 10 s (45 Jacobians) becomes 10 to 17 % shorter, and compiling pays only where
 there are a hundred times as many: from `MOST_DIFFERENCES` on, they are compiled.
 
+CVODE's own differences are some 1e-17 long for states near zero where steps are short, so that
+rounding tells what depends on what, and bodies that hang still drift apart by some 1e-10 m a step.
+Where touches tell that from rest, differences suit the nominal values of the states.
+
 `tolerance` T is passed on as it is: relative tolerance T, absolute tolerance T times
 the nominal value of each state. No factor is hidden here. It bounds the error of one step,
 in the mean over the states, so the error of a run is some hundred times as large: for a
@@ -50,7 +54,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.options import Solver
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Machine
 from planarc.ir.march import WARNING
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
@@ -141,7 +145,8 @@ class Cvode(Integrator):
         self.remark = f", GMRES {states} states" if self.krylov else ""
         self.formulas = self._derives = False
         self._jacobian: Any = None
-        self._for_differences = 0
+        self._for_differences = 0  # right-hand sides, before CVODE's counters began again
+        self._differenced = 0  # Jacobians since then, before there were formulas
         self._time = C.c_double()
         self._total = Counts()
         # Who must see every step lets it come back to Python.
@@ -190,6 +195,7 @@ class Cvode(Integrator):
         else:
             self._create(t)
         session.begun = True
+        self._measure()
         session.call("SVtolerances", self._settings.tolerance * self.sharp, self._vectors[2])
         session.call("SetInitStep", step or 0.0)
         if directions:
@@ -202,7 +208,8 @@ class Cvode(Integrator):
 
     def _begin_anew(self, t: float) -> None:
         """CVODE's own counters start again."""
-        self._total, self._for_differences = self.counts(), self._differenced()
+        self._for_differences += self._differences()
+        self._total, self._differenced = self.counts(), 0
         self._session.check("ReInit", t, self._vectors[0])
 
     def _create(self, t: float) -> None:
@@ -248,7 +255,7 @@ class Cvode(Integrator):
         self._settings, self._session.begun = settings, False
         self.poles.renew()
         self._dips.renew()
-        self._total, self._for_differences = Counts(), 0
+        self._total, self._for_differences, self._differenced = Counts(), 0, 0
         self._time.value = 0.0
         return True
 
@@ -276,25 +283,34 @@ class Cvode(Integrator):
 
     def _set_jacobian(self) -> None:
         self._jacobian = None if self.krylov else self._jacobian_function()
-        self.formulas = self._jacobian is not None
-        if self.formulas:
+        if self._jacobian is not None:
             self._session.call("SetJacFn", self._jacobian)
+            self._measure()
+
+    def _measure(self) -> None:
+        """Tell the nominal values of the states to whoever differences them."""
+        if self._machine is not None and self._jacobian is not None:
+            own = self._settings.tolerance * self.sharp
+            self._machine.measure([a / own for a in self._absolute])
 
     def _jacobian_function(self) -> Any:
         """The Jacobian from the kernel's formulas. Those of a native one are compiled only
         where they pay (`MOST_DIFFERENCES`)."""
         formulas = self._kernel.capabilities.formulas
         if self._machine is not None:
-            return self._native_jacobian() if self._derives else None
+            return self._native_jacobian(self._machine)
         if formulas is None or self._size < FEWEST_DERIVED:
             return None
+        self.formulas = True
         return self._callbacks.jacobian(formulas)
 
-    def _native_jacobian(self) -> Any:
-        scales = [1e3 * a for a in self._absolute]
-        assert self._machine is not None
-        address = self._machine.cv_jacobian(scales, self._lib.address("SUNDenseMatrix_Data"))
-        return C.c_void_p(address) if address else None
+    def _native_jacobian(self, machine: Machine) -> Any:
+        matrix_numbers = self._lib.address("SUNDenseMatrix_Data")
+        found = machine.cv_jacobian(matrix_numbers) if self._derives else 0
+        self.formulas = found != 0
+        if not found and self._settings.touches:
+            found = machine.cv_differences(matrix_numbers)
+        return C.c_void_p(found) if found else None
 
     def _judge(self, steps: int) -> int:
         """Whether to go on as before, and after how many steps at most to judge again: at
@@ -313,13 +329,21 @@ class Cvode(Integrator):
 
     def _judge_differences(self) -> None:
         """Take formulas where differences have cost as much as compiling these."""
-        if self._differenced() >= MOST_DIFFERENCES:
+        if self._for_differences + self._differences() >= MOST_DIFFERENCES:
+            self._differenced = self._session.number("NumJacEvals")
             self._derives = True
             self._set_jacobian()
 
-    def _differenced(self) -> int:
-        """Right-hand sides taken for differences since the run began."""
-        return self._for_differences + self._session.number("NumLinRhsEvals")
+    def _differences(self) -> int:
+        """Right-hand sides taken for them since CVODE's counters began."""
+        return self._session.number("NumLinRhsEvals") + self._own_differences()
+
+    def _own_differences(self) -> int:
+        """Those of them that CVODE does not count."""
+        if self._machine is None or not self._settings.touches:
+            return 0
+        asked = self._differenced if self.formulas else self._session.number("NumJacEvals")
+        return self._size * asked
 
     def _judge_krylov(self) -> None:
         """Eliminate from here on where GMRES takes too many products."""
@@ -414,7 +438,7 @@ class Cvode(Integrator):
         """Since the run began: CVODE's own counters start again at every restart."""
         if not self._session.begun:
             return self._total
-        own = Counts(*self._session.statistics())
+        own = Counts(*self._session.statistics()) + Counts(rhs_calls=self._own_differences())
         return own if self._total == _NOTHING else self._total + own
 
     def close(self) -> None:

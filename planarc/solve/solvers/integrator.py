@@ -102,6 +102,7 @@ class Settings(Data):
     tears: tuple[int, ...] = ()  # slots of the unknowns of nonlinear blocks of the top
     waves: bool = False  # zero functions may switch any number of times within a step
     angles: tuple[int, ...] = ()  # slots of those that close loops
+    touches: bool = False  # whether something must rest to the last digits
 
 
 class Integrator(ABC):

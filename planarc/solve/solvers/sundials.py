@@ -72,6 +72,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVodeGetNumSteps": (_I, (_P, _LONGS)),
     "CVodeGetNumRhsEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinRhsEvals": (_I, (_P, _LONGS)),
+    "CVodeGetNumJacEvals": (_I, (_P, _LONGS)),
     "CVodeGetNumLinConvFails": (_I, (_P, _LONGS)),
     "CVode": (_I, (_P, _D, _P, C.POINTER(_D), _I)),
 }

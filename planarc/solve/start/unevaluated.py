@@ -16,6 +16,7 @@ from planarc.ir.kernel import Kernel, changed
 from planarc.ir.mechanism import GROUND
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import BlockCode, EquationInfo, Let, Program
+from planarc.ir.sparse import entries_of
 from planarc.solve.messages import trouble
 from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.messages.slides import one_way
@@ -188,6 +189,7 @@ def _parameters_of(program: Program, code: BlockCode) -> set[str]:
     lets = (s for s in program.parameters if isinstance(s, Let))
     given = {repr(let.target): let.value for let in (*lets, *code.body, *code.jacobian_body)}
     waiting = [slope for *_, slope in code.jacobian]
+    waiting += () if code.direct is None else entries_of(code.direct)
     found: set[str] = set()
     while waiting:
         for name in (repr(e) for e in postorder((waiting.pop(),)) if not e.args):

@@ -84,20 +84,16 @@ def _block(program: Program, name: str, s: Solve, known: set[Expr]) -> Iterator[
     code = program.blocks[s.block]
     inside = set(known)
     if code.direct is not None:
-        for e in code.direct.tears:
-            yield from _unknown(program, name, e, known)
+        for e in code.direct.values:
+            yield from _unknown(program, name, e, set())  # in slots, and nowhere else
     elif code.linear:  # residuals at zero and matrix are known before
         yield from _matrix(program, name, code, inside)
     known.update(code.tears)
     for let in code.body[: code.inner]:
         yield from _let(program, name, let, known)
     inside |= known
-    check = code.direct.check if code.direct is not None else ()
-    for let in (*check, *code.body[code.inner :], *code.jacobian_body):
+    for let in (*code.body[code.inner :], *code.jacobian_body):
         yield from _let(program, name, let, inside)
-    if code.direct is not None:
-        for e in (*code.direct.residuals, *code.direct.sizes):
-            yield from _unknown(program, name, e, inside)
     if code.direct is not None or not code.linear:
         yield from _matrix(program, name, code, inside)
 

@@ -100,12 +100,10 @@ class NativeDerivatives:
         found[:, :n] = found[:, self._columns]
         return found[:, : len(self._seeds)]
 
-    def prepare(self, scales: Sequence[float], data: int) -> None:
-        """Make ready for CVODE; `data` is SUNDIALS' function that gives a matrix's numbers."""
+    def prepare(self) -> None:
+        """Make ready for CVODE."""
         self._place()
-        self._keep(Passing.SCALES, np.array(scales, float))
         self._keep(Passing.MOVED, np.zeros(len(self._states)))
-        self.memory[Passing.DATA] = data
 
 
 def _whole(columns: int) -> int:

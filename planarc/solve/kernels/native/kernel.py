@@ -59,12 +59,13 @@ class NativeKernel(Derived):
         self._place = made.place
         n, relations = program.state_count, len(program.relations)
         place, initial = self._place, len(program.initial_residuals)
-        lengths = (program.size, place.accepted, place.area, n, n, relations, relations, initial)
+        short = (n, n, n, relations, relations, initial)
+        lengths = (program.size, place.accepted, place.area, *short)
         self._memory = np.zeros(sum(lengths) + place.numbers)  # of all that follows
-        self.w, self._accepted, self._area, *short, numbers = np.split(
+        self.w, self._accepted, self._area, *arrays, numbers = np.split(
             self._memory, [*accumulate(lengths)]
         )
-        self._y, self._ydot, self._zeros, self._shifts, self._initial = short
+        self._y, self._ydot, self._nominal, self._zeros, self._shifts, self._initial = arrays
         self._numbers = numbers.view(np.int64)
         self._discrete_slots = np.array([d.slot for d in program.discretes], np.intp)
         self._frame = np.zeros(len(Frame), np.uint64)
@@ -75,6 +76,7 @@ class NativeKernel(Derived):
             (Frame.AREA, self._area),
             (Frame.SHIFTS, self._shifts),
             (Frame.ANGLES, made.angles),
+            (Frame.NOMINAL, self._nominal),
         ):
             self._frame[where] = address(array)
         self._results, self._tear_starts = made.results, made.tear_starts
@@ -201,6 +203,9 @@ class NativeKernel(Derived):
     def shift(self, shifts: Sequence[float]) -> None:
         self._shifts[: len(shifts)] = shifts
         self._numbers[Number.SHIFTED] = len(shifts)
+
+    def measure(self, nominal: Sequence[float]) -> None:
+        self._nominal[:] = nominal
 
     # The protocol
 
@@ -337,11 +342,16 @@ class NativeKernel(Derived):
         *arrays, most, tolerance = given
         return self._engine.sweep(*map(address, arrays), len(arrays[4]), most, tolerance)
 
-    def cv_jacobian(self, scales: Sequence[float], matrix_numbers: int) -> int:
+    def cv_differences(self, matrix_numbers: int) -> int:
+        self._frame[Frame.MATRIX] = matrix_numbers
+        return self._engine.address("pc_cv_differences")
+
+    def cv_jacobian(self, matrix_numbers: int) -> int:
         found = self._of("RATES")
         if found is None:
             return 0
-        found.prepare(scales, matrix_numbers)
+        self._frame[Frame.MATRIX] = matrix_numbers
+        found.prepare()
         self._frame[Frame.PASSING] = address(found.memory)
         return self._engine.address("pc_cv_jacobian")
 

@@ -21,6 +21,7 @@ from planarc.ir.newton import (
     STEPS_TOP,
 )
 from planarc.ir.program import BlockCode, Program
+from planarc.solve.kernels.numpy.sparse import dense
 from planarc.solve.kernels.numpy.support import Rows, solve_linear
 from planarc.solve.kernels.singular import solve_open
 
@@ -60,6 +61,7 @@ class Block:
         self.matrix: Rows = ()
         self._w = w
         self._modal = code.modal
+        self._rows = code.direct.rows if code.direct is not None else ()
         self._equations = code.equations
         self._below = code.height > 0
         self.slots = [program.slots[str(tear)] for tear in code.tears]
@@ -141,6 +143,10 @@ class Block:
         if self.matrix_asked:
             return False
         return all(abs(r) <= FITS * s for r, s in zip(residuals, sizes, strict=True))
+
+    def pivot(self, values: Sequence[float]) -> Sequence[float]:
+        """The tears where those do not count, from the values in the block's equations."""
+        return self.solve(*dense(self._rows, values))
 
     def solve(self, residuals: Sequence[float], matrix: Rows) -> Sequence[float]:
         """The tears of a linear block, from its residuals at zero and its matrix."""
