@@ -4,8 +4,9 @@ In:   parameters with their values, the levels below the top step by step
 Out:  `Samples`: for each symbol known so far, its values at a few positions
 
 The first position is that of the start values, the others are moved away from it by
-more and more, always by the same pseudo-random amounts. Loops are closed by Newton's
-method with steps of least norm. A position at which something is not finite has nan
+more and more, always by the same pseudo-random amounts. There relations and discrete values are
+others, too: what two surfaces are to each other decides which coefficients vanish. Loops are closed
+by Newton's method with steps of least norm. A position at which something is not finite has nan
 from there on; nothing here can fail.
 
 Only decisions that change speed and not results may rest on these numbers: the model
@@ -23,6 +24,7 @@ import numpy as np
 
 from planarc.codegen.jacobian import Local
 from planarc.evaluate.rows import RowValues
+from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr
 from planarc.ir.sorted import Block, SortedDae
 
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 
 #: Distance of each position from the start, in the unit of the coordinate.
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
+#: The least and the largest value that a discrete variable may have elsewhere.
+_MODES = {Kind.BOOLEAN: (0, 1), Kind.INTEGER: (-1, 2)}
 _STEPS = 15  # of Newton's method
 _CLOSED = 1e-9  # a step that closes a loop well enough
 _INDEPENDENT = 1e-6  # least size of what a condition adds to those before it, beside the largest
@@ -50,6 +54,20 @@ class Samples:
             for p in sorted.dae.parameters:
                 self.set(table.symbol(p.name), self.value(p.value))
             self._starts = {c.symbol: self.value(c.start or table.zero) for c in sorted.candidates}
+            for i in range(len(sorted.dae.relations)):
+                self.set(table.event(i), self._changed(np.zeros(len(SPREAD)), (0, 1)))
+            for d in sorted.dae.discretes:
+                start = self.value(d.start or table.zero)
+                self.set(table.symbol(d.name), self._changed(start, _MODES.get(d.kind)))
+
+    def _changed(self, start: Values, others: tuple[int, int] | None) -> Values:
+        """The start, and at each other position one of the numbers from the first to the last."""
+        if others is None:
+            return start
+        least, most = others
+        changed = self._random.integers(least, most, len(start), endpoint=True).astype(float)
+        changed[0] = start[0]
+        return changed
 
     def _anew(self) -> RowValues:
         """Values of formulas, none of them known yet."""
@@ -62,7 +80,7 @@ class Samples:
             self._formulas = self._anew()
 
     def value(self, root: Expr) -> Values:
-        """The formula at all positions; unknown leaves (events, discrete values) are 0."""
+        """The formula at all positions; unknown leaves (left limits) are 0."""
         found = self._formulas(root)
         if getattr(found, "ndim", 0):
             return np.asarray(found, float)

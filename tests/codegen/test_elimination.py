@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import planarc
 from planarc.codegen.elimination import _Operations, _Work
 from planarc.codegen.native.machine import compile_object
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
-from planarc.ir.program import Program
+from planarc.ir.program import Direct, Program
 from planarc.ir.sorted import Block, SortedDae
 from planarc.ir.sparse import operations_of
 from planarc.solve.kernels import load
@@ -102,14 +103,52 @@ def test_operations_give_the_tears(
     found = solved(program, kernel, n, 2.0)
     direct = program.blocks[-1].direct
     assert direct is not None
+    assert by_operations(program, kernel, direct) == pytest.approx(found, rel=1e-10)
+
+
+def by_operations(program: Program, kernel: Any, direct: Direct) -> list[float]:
+    """The tears; nan where a pivot vanishes."""
     slots = program.slots
     numbers = [float(e.data if e.is_const else kernel.w[slots[str(e)]]) for e in direct.values]
     for a, negative, factors in operations_of(direct):
         product = math.prod(numbers[i] for i in factors) * (-1 if negative else 1)
         given = 0.0 if a is None else numbers[a]
-        numbers.append(given + product if factors else 1.0 / given)
-    tears = [numbers[ref >> 1] * (-1 if ref & 1 else 1) for ref in direct.tears]
-    assert tears == pytest.approx(found, rel=1e-10)
+        inverse = 1.0 / given if given else math.nan
+        numbers.append(given + product if factors else inverse)
+    return [numbers[ref >> 1] * (-1 if ref & 1 else 1) for ref in direct.tears]
+
+
+#: Masses in a row that move each other, and rest on a floor or fly.
+TOUCHING = """model Touching
+  parameter Integer N = 10;
+  discrete Boolean held[N](each start=false, each fixed=true);
+  Real f[N], a[N];
+equation
+  for i in 1:N loop
+    (1 + 0.1*i)*a[i] + 0.3*(if i > 1 then a[i - 1] else 0) + 0.2*(if i < N then a[i + 1] else 0)
+      = cos(0.1*time)*f[i] - 9.81;
+    0 = if held[i] then a[i] else f[i];
+    when time > i then
+      held[i] = true;
+    end when;
+  end for;
+end Touching;
+"""
+
+
+@pytest.mark.parametrize("resting", [0, 0b1, 0b1010101010, 0b1111111111], ids=bin)
+def test_the_order_suits_what_rests_and_what_flies(resting: int) -> None:
+    """A coefficient that vanishes where a mass rests, or where it flies, is no pivot."""
+    program = planarc.load(TOUCHING).program
+    direct = program.blocks[-1].direct
+    assert direct is not None
+    kernel = load(program, compile_object(program))
+    assert kernel.parameters() == 0
+    for i in range(10):
+        kernel.w[program.slots[f"held[{i + 1}]"]] = float(resting >> i & 1)
+    assert kernel.outputs(0.0, []) == 0
+    found = [kernel.w[program.slots[str(u)]] for u in direct.unknowns[: len(direct.tears)]]
+    assert by_operations(program, kernel, direct) == pytest.approx(found, rel=1e-6)
 
 
 @pytest.mark.parametrize("zero", ["q[3]", "s[3]", "q[0]", "s[8]"])
