@@ -15,7 +15,8 @@ In machine code the march compares the ends of steps (`codegen.native.march`); t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -129,8 +130,9 @@ class Poles:
                 return True
         way = abs(t * f1) / (1 + abs(y))
         steep = (way > ways) & ~odd
+        rates_at = self._along(*step)
         for i in np.flatnonzero(steep).tolist():
-            if self._rises(i, float(size[i]), *step):
+            if self._rises(i, float(size[i]), rates_at):
                 return True
         self.kernel.rhs(t, y.tolist(), [0.0] * n)
         least[odd] = np.maximum(least[odd], LARGER * size[odd])
@@ -139,27 +141,33 @@ class Poles:
         self.trail[0], self.trail[1 : 1 + 2 * n] = t, ends
         return False
 
+    def _along(
+        self, begin: tuple[float, Sequence[float]], end: tuple[float, Sequence[float]]
+    ) -> Callable[[float], tuple[int, Sequence[float]]]:
+        """The kernel's flag and the derivatives at a part of a step, each evaluated once: the
+        sections of several states meet at the same parts."""
+        (t0, y0), (t1, y1) = begin, end
+
+        @cache
+        def rates_at(part: float) -> tuple[int, Sequence[float]]:
+            y, rates = [a + part * (b - a) for a, b in zip(y0, y1, strict=True)], [0.0] * self.size
+            return self.kernel.rhs(t0 + part * (t1 - t0), y, rates), rates
+
+        return rates_at
+
     def _rises(
-        self,
-        i: int,
-        size: float,
-        begin: tuple[float, Sequence[float]],
-        end: tuple[float, Sequence[float]],
+        self, i: int, size: float, rates_at: Callable[[float], tuple[int, Sequence[float]]]
     ) -> bool:
         """Whether derivative i has a pole where the step leads: by golden section."""
-        (t0, y0), (t1, y1) = begin, end
-        ydot = [0.0] * self.size
 
         def height(part: float) -> float:
-            y = [a + part * (b - a) for a, b in zip(y0, y1, strict=True)]
-            flag = self.kernel.rhs(t0 + part * (t1 - t0), y, ydot)
+            flag, rates = rates_at(part)
             if flag > 0:  # a block has no solution so far ahead: that is no pole
                 return 0.0
-            return abs(ydot[i]) if flag == 0 and math.isfinite(ydot[i]) else math.inf
+            return abs(rates[i]) if flag == 0 and math.isfinite(rates[i]) else math.inf
 
         low, high = 0.0, 1.0 + AHEAD
-        far = [a + high * (b - a) for a, b in zip(y0, y1, strict=True)]
-        if self.kernel.rhs(t0 + high * (t1 - t0), far, ydot) > 0:
+        if rates_at(high)[0] > 0:
             return False  # a loop does not close there: near its dead point rates grow, too
         a, b = high - SECTION * (high - low), low + SECTION * (high - low)
         left, right = height(a), height(b)
