@@ -12,6 +12,7 @@ Out:  diagnostics with marks for what only the run knows, in the order of the nu
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 
@@ -27,10 +28,11 @@ from planarc.export.plan import LETTERS, Jam, Own
 from planarc.export.text import text_constant
 from planarc.export.touches import jams
 from planarc.ir.dae import Assertion, Message, Reinit, SetDiscrete, Terminate
-from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 from planarc.runtime import texts
+from planarc.runtime.external import JOINED
 from planarc.solve.contact.touches import Points
 from planarc.solve.messages.assertion import assertion_diagnostic
 from planarc.solve.messages.event import no_value, terminated
@@ -57,8 +59,14 @@ def ends(program: Program) -> list[Message]:
 
 
 def values_of(message: Message) -> list[Expr]:
-    """What a message tells besides its texts, in order."""
-    return [p[0] for p in message.parts if not isinstance(p, str)]
+    """What a message tells besides its texts, in order. Of texts that are put together while
+    running, which is done in Python, nothing is known: dots stand for them."""
+    found = [p[0] for p in message.parts if not isinstance(p, str)]
+    joined = [e for e in postorder(found) if e.op is Op.APPLY and e.data[0] == JOINED]
+    if not joined:
+        return found
+    table = Exprs()
+    return list(map(Substitution(table, dict.fromkeys(joined, table.const(math.nan))), found))
 
 
 def ends_of(program: Program) -> Iterator[Diagnostic]:
@@ -90,14 +98,15 @@ def templates(program: Program, shown: Callable[[str], str]) -> tuple[list[str],
     constants: list[str] = []
     for i, (d, message) in enumerate(zip(ends_of(program), ends(program), strict=True), 1):
         forms: list[str] = []
-        if values_of(message):
+        if values := values_of(message):
+            told = [p[1] for p in message.parts if not isinstance(p, str)]
             with c.when(number.equals(i)):
                 out = m.load(POINTER, Own.TEXT).at(LETTERS // 8)
-                for k, part in enumerate(p for p in message.parts if not isinstance(p, str)):
-                    value = formula(c, part[0], leaf)
-                    forms.append(_form(part[1], value))
-                    if part[1] == texts.TEXT:
-                        value = _chosen(c, part[0], value, constants, shown)
+                for k, (e, form) in enumerate(zip(values, told, strict=True)):
+                    value = formula(c, e, leaf)
+                    forms.append(_form(form, value))
+                    if form == texts.TEXT:
+                        value = _chosen(c, e, value, constants, shown)
                     elif value.type == "i1":
                         value = c.select(value, *_truths(c, constants))
                     else:
@@ -175,7 +184,7 @@ def _chosen(
     """The address of the text that a number stands for, among those that an expression chooses;
     dots for another one."""
     numbers = {0.0: "", **{x.data: texts.text_of(x.data) for x in postorder([e])
-                           if x.op is Op.CONST}}  # fmt: skip
+                           if x.op is Op.CONST and not math.isnan(x.data)}}  # fmt: skip
     found = Value(c, POINTER, "@px_dots")
     if (dots := text_constant("px_dots", "...")) not in constants:
         constants.append(dots)

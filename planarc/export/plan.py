@@ -101,6 +101,7 @@ class Relation(IntEnum):
     LATE = auto()
     TURNED = auto()
     RESTLESS = auto()
+    BEYOND = auto()  # 1 where an event left it beyond zero, since neither truth agreed
 
 
 class Row(IntEnum):

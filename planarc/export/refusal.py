@@ -37,7 +37,13 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
              program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]
     lets += [s for block in program.blocks for s in (*block.body, *block.jacobian_body)]
+    tangents = [block.tangent for block in program.blocks if block.tangent is not None]
+    lets += [s for tangent in tangents for s in tangent.body]
     formulas = [s.value for s in lets] + [a.condition for a in program.assertions]
+    formulas += [*program.initial_residuals, *(e for tangent in tangents for e in tangent.entries)]
+    for block in program.blocks:
+        formulas += [*block.residuals, *(e for *_, e in block.jacobian)]
+    formulas += [r.zero for r in program.relations]
     formulas += [a.value for a in acting if isinstance(a, SetDiscrete | Reinit)]
     formulas += [a.condition for a in acting if isinstance(a, Assertion)]
     formulas += [e for _, *pair, _ in program.samplers for e in pair]

@@ -127,8 +127,29 @@ equation
   annotation(experiment(StopTime=1));
 end Breaks;
 """
+SLIPS = """
+model Slips "What holds it wants to slide a little before it can"
+  parameter Real back=1e-6 "How much less it wants once it slides";
+  output Real x(start=0, fixed=true);
+  Real wanted;
+  output Boolean slides(start=false, fixed=true) = wanted > 1;
+equation
+  wanted = 2*time - (if slides then back else 0);
+  der(x) = if slides then 1 else 0;
+  annotation(experiment(StopTime=1));
+end Slips;
+"""
+TABLE = """
+model Table "A table of the library, which tells in which row it goes wrong"
+  Modelica.Blocks.Sources.CombiTimeTable table(table={{0, 0}, {1, 2}, {2, 1}, {3, 4}});
+  output Real x(start=0, fixed=true);
+equation
+  der(x) = table.y[1];
+  annotation(experiment(StopTime=3));
+end Table;
+"""
 TEXTS = {"Ball": BALL, "StickSlip": STICK_SLIP, "Sampled": SAMPLED, "Pulses": PULSES, "Ends": ENDS,
-         "Breaks": BREAKS}  # fmt: skip
+         "Breaks": BREAKS, "Slips": SLIPS, "Table": TABLE}  # fmt: skip
 LIBRARY = "PlanarMultiBody.Examples."
 OWN = {  # of the library, with the time that is compared
     "Elementary.BouncingMass": 2.5,
@@ -136,7 +157,7 @@ OWN = {  # of the library, with the time that is compared
     "Contacts.SoftLanding": 2.0,
     "Systems.QuickReturn": 2.0,
 }
-NAMES = ("Ball", "StickSlip", "Sampled", "Pulses", "Ends", *OWN)
+NAMES = ("Ball", "StickSlip", "Sampled", "Pulses", "Ends", "Slips", "Table", *OWN)
 
 
 @cache
@@ -271,6 +292,17 @@ def test_an_assertion_at_an_event_is_told(folder: Path, way: str) -> None:
         simulate(archive(folder, "Breaks"), way, 1.0,
                  logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
     assert told[0] == "assertion failed at t = 0.5 s: it broke"
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+def test_a_text_that_is_put_together_while_running_is_left_out(folder: Path, way: str) -> None:
+    told: list[str] = []
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        simulate(archive(folder, "Table"), way, 3.0, start_values={"table.table[3,1]": 0.5},
+                 logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
+    said = "assertion failed at t = 0 s in `table`: the first column of a table does not increase"
+    assert told[0] == f"{said} at ...: sort the rows"
 
 
 @runs_here

@@ -96,8 +96,8 @@ def _event(c: Code, m: Value, ahead: Value, tells: bool, delayed: bool) -> None:
     now, before, largest, bound, at = _zeros_of(
         c, m, Relation.NOW, Relation.BEFORE, Relation.LARGEST, Relation.BOUND, Relation.HELD_AT
     )
-    crossing, held, late, turned = _zeros_of(
-        c, m, Relation.CROSSING, Relation.HELD, Relation.LATE, Relation.TURNED
+    crossing, held, late, turned, left = _zeros_of(
+        c, m, Relation.CROSSING, Relation.HELD, Relation.LATE, Relation.TURNED, Relation.BEYOND
     )
     count, firing = plan(c, Table.RELATIONS), plan(c, Table.SAMPLES)
     fired, sampled = samples(c, m, Sample.FIRED), constant(c, "px_sampled")
@@ -127,6 +127,7 @@ def _event(c: Code, m: Value, ahead: Value, tells: bool, delayed: bool) -> None:
         bound.store(c.select(here.equals(1), size * 2.0 + noise, -1.0), i)
         late.store(c.emit(INT, f"zext i1 {(size > noise * 1e3).text} to i64"), i)
         turned.store(whole(c, 0), i)
+        left.store(whole(c, 0), i)
         crossing.store(whole(c, 0), i)
     moved, done = c.variable(0, INT), c.variable(0, INT)
     with c.loop(plan(c, Table.DISCRETES) + PASSES), c.when(done.get().equals(0)):

@@ -22,7 +22,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.newton import open_frame
 from planarc.export.instance.block import constant, larger, plan, whole
 from planarc.export.plan import Own, Relation, Row, Table
-from planarc.solve.events.crossings import NOISE, QUIET
+from planarc.solve.events.crossings import FURTHER_OFF, NOISE, QUIET
 from planarc.solve.events.instants import DIGITS
 
 #: What moves by less than so many times what may be rounding stands still.
@@ -169,9 +169,9 @@ def _quiet(c: Code, m: Value) -> None:
 @function("i32 px_widen(ptr m, double t)")
 def _widen(c: Code, m: Value, t: Value) -> None:
     count = plan(c, Table.RELATIONS)
-    now, largest, width, rises = (
+    now, largest, width, rises, left = (
         numbers_of(c, m, k)
-        for k in (Relation.NOW, Relation.LARGEST, Relation.WIDTH, Relation.RISES)
+        for k in (Relation.NOW, Relation.LARGEST, Relation.WIDTH, Relation.RISES, Relation.BEYOND)
     )
     attempt(c, "px_zeros", m, t)
     quiet = c.call(REAL, "px_quiet", m)
@@ -189,7 +189,8 @@ def _widen(c: Code, m: Value, t: Value) -> None:
         far = c.variable(larger(c, largest.load(REAL, i) * NOISE, LEAST))
         beyond = c.select(truth(c, m, i), g, -g)
         with c.when(beyond > 0.0):
-            far.set(far.get() + beyond * MORE)
+            more = c.select(left.load(INT, i).equals(1), c.constant(FURTHER_OFF, REAL), MORE)
+            far.set(far.get() + beyond * more)
         # What a touch compares is known better: bounces may be lower than what is quiet.
         touch = told(c, i, Row.TOUCH).equals(1)
         least = c.select(touch, c.constant(QUIET, REAL), quiet)

@@ -24,7 +24,7 @@ from planarc.export.instance.relations import (
 )
 from planarc.export.plan import PASSES, Own, Relation, Row, Table
 from planarc.solve.events.crossings import EXACT, NOISE
-from planarc.solve.events.settling import MOST_SEARCHED, NEAR, SOON
+from planarc.solve.events.settling import EXACTLY, MOST_SEARCHED, MOST_TURNS, SOON
 
 #: What ends an event: no solution, no rest, an action.
 UNSOLVED, ENDLESS, ACTED = 1, 2, 3
@@ -211,8 +211,9 @@ def _agrees(c: Code, m: Value, t: Value, near: Value) -> None:
 @function("i32 px_search(ptr m, double t)", seldom=True)
 def _search(c: Code, m: Value, t: Value) -> None:
     """Try all truths of the restless relations, those nearest to the present ones first, until one
-    choice agrees with its own equations."""
-    restless, count = numbers_of(c, m, Relation.RESTLESS), plan(c, Table.RELATIONS)
+    choice agrees with its own equations. What agrees less exactly crosses again further off."""
+    restless, left = (numbers_of(c, m, k) for k in (Relation.RESTLESS, Relation.BEYOND))
+    count = plan(c, Table.RELATIONS)
     places, own = c.place(INT, MOST_SEARCHED), c.place(INT, MOST_SEARCHED)
     total = c.variable(0, INT)
     with c.loop(count) as i:
@@ -223,7 +224,7 @@ def _search(c: Code, m: Value, t: Value) -> None:
             total.set(total.get() + 1)
     k = total.get()
     choices = c.emit(INT, f"shl i64 1, {k.text}")
-    for near in (0.0, NEAR):
+    for near in EXACTLY:
         with c.loop(k + 1) as flipped, c.loop(choices) as n:
             bits = c.emit(INT, f"call i64 @llvm.ctpop.i64(i64 {n.text})")
             with c.when(bits.equals(flipped)):
@@ -234,16 +235,19 @@ def _search(c: Code, m: Value, t: Value) -> None:
                     set_truth(c, m, places.load(INT, i), other)
                 good = c.call(INT, "px_agrees", m, t, c.constant(near, REAL))
                 with c.when(good.equals(1), leaves=True):
+                    if near:
+                        with c.loop(count) as i:
+                            left.store(restless.load(INT, i), i)
                     c.give(0)
     c.give(ENDLESS)
 
 
 @function("i32 px_turn(ptr m, double t)", seldom=True)
 def _turn(c: Code, m: Value, t: Value) -> None:
-    now, largest, rises, bent, held, at, bound, late, turned = (
+    now, largest, rises, bent, held, at, bound, late, turned, left = (
         numbers_of(c, m, k)
         for k in (Relation.NOW, Relation.LARGEST, Relation.RISES, Relation.TRIAL, Relation.HELD,
-                  Relation.HELD_AT, Relation.BOUND, Relation.LATE, Relation.TURNED)
+                  Relation.HELD_AT, Relation.BOUND, Relation.LATE, Relation.TURNED, Relation.BEYOND)
     )  # fmt: skip
     count, some, flat = plan(c, Table.RELATIONS), c.variable(0, INT), c.variable(0, INT)
 
@@ -256,7 +260,7 @@ def _turn(c: Code, m: Value, t: Value) -> None:
 
     def near(i: Value) -> Value:
         size = c.absolute(now.load(REAL, i))
-        return (turned.load(INT, i) < 2) & (size <= larger(c, rest(i), NOISE))
+        return (turned.load(INT, i) < MOST_TURNS) & (size <= larger(c, rest(i), NOISE))
 
     with c.loop(count) as i, c.when(near(i)):
         some.set(whole(c, 1))
@@ -292,6 +296,8 @@ def _turn(c: Code, m: Value, t: Value) -> None:
             held.store(whole(c, 1), i)
             at.store(now.load(REAL, i), i)
             bound.store(larger(c, rest(i), size), i)
+            with c.when(turned.load(INT, i).equals(MOST_TURNS - 1)):  # it was turned back
+                left.store(whole(c, 1), i)
             turned.store(turned.load(INT, i) + 1, i)
             changed.set(c.constant(1, FLAG))
     c.give(changed.get())

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.program import Program
@@ -45,7 +45,7 @@ class Chatter:
         #: The step to begin with after the present event, where the integrator might step
         #: over the whole of what is between two switches.
         self.step: float | None = None
-        self._recent: list[tuple[float, tuple[str, ...]]] = []
+        self._recent: list[tuple[float, tuple[int | str, ...]]] = []
         self._last_switch: dict[int, float] = {}  # of each relation
         self._truth: dict[int, bool] = {}  # that it took then
         self._tiny: dict[int, int] = {}  # switches in a row too small to be resolved
@@ -59,6 +59,7 @@ class Chatter:
             since = t - self._last_switch.get(i, self._start)
             part = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
             tiny = part < self._tolerance and i in self._last_switch
+            tiny = tiny and i not in self._crossings.beyond
             weight = LATE if part < SMALL * self._tolerance else 1
             self._tiny[i] = self._tiny.get(i, 0) + weight if tiny else 0
             self._last_switch[i] = t
@@ -82,17 +83,17 @@ class Chatter:
             return None
         if t - self._vain.pop(0) >= CHATTER_TIME * self._span:
             return None
-        relations = self._program.relations
         found = [i for i, d in enumerate(directions) if d and i not in self._touches]
-        return self._told(t, [relations[i].text for i in found]) if found else None
+        return self._told(t, found) if found else None
 
     def judge(
-        self, t: float, crossing: Iterable[int], causes: tuple[str, ...]
+        self, t: float, crossing: Collection[int], causes: tuple[str, ...]
     ) -> Diagnostic | None:
         """The reason to end the run with this event, or None. Instants known beforehand have no
         `causes`: however many they are, they do not chatter."""
         if causes:
-            self._recent.append((t, causes))
+            switched = tuple(i for i in crossing if i not in self._touches)
+            self._recent.append((t, switched or causes))
         if causes and len(self._recent) > CHATTER_COUNT:
             del self._recent[0]
             if t - self._recent[0][0] < CHATTER_TIME * self._span:
@@ -101,10 +102,9 @@ class Chatter:
         piled = [
             i for i in crossing if self._tiny.get(i, 0) >= TINY_COUNT and i not in self._touches
         ]
-        texts = list(dict.fromkeys(self._program.relations[i].text for i in piled))
-        return self._told(t, texts) if piled else None
+        return self._told(t, piled) if piled else None
 
-    def _told(self, t: float, often: Sequence[str]) -> Diagnostic:
+    def _told(self, t: float, often: Sequence[int | str]) -> Diagnostic:
         from planarc.solve.messages.event import chattering
 
         return chattering(self._program, self._crossings.kernel, t, often)

@@ -9,7 +9,7 @@ exact, however small: there the value counts, and zero is zero.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 
 from planarc.ir.kernel import Kernel
@@ -31,6 +31,9 @@ FURTHER = (8.0, 64.0, 512.0)
 AHEAD = 1e-7
 #: The bounds of a single evaluation count so often: integration has added to what states err.
 SAFETY = 8.0
+#: Where neither truth agreed, an event is tried again so many times further beyond zero: the
+#: further off, the more is held for zero there.
+FURTHER_OFF = 4.0
 #: The side on which a function of noise stands is widened by this factor where noise has crossed
 #: again, up to so many times the first width: what goes further has left it.
 WIDER, WIDEST = 8.0, 256.0
@@ -40,7 +43,8 @@ EXACT = 1e-200
 
 class Crossings:
     """`now` are the values of the zero functions where they were evaluated last, `largest`
-    the greatest sizes seen in the run, `heard` the greatest noise found since the last event."""
+    the greatest sizes seen in the run, `heard` the greatest noise found since the last event;
+    `beyond` are relations that it left beyond zero, since neither truth agreed."""
 
     def __init__(self, program: Program, kernel: Kernel, span: float) -> None:
         self.program, self.kernel = program, kernel
@@ -50,7 +54,8 @@ class Crossings:
         self._ahead = self._least = AHEAD * (span or 1.0)
         self._later: tuple[float, Sequence[float]] = (0.0, ())  # where `rises` looked last
         self.heard = [0.0] * len(program.relations)
-        self._bands: dict[int, float] = {}  # of relations that crossed by noise alone
+        self.beyond: frozenset[int] = frozenset()
+        self._bands: dict[int, float] = {}  # of these, and of those that crossed by noise alone
         self._earlier: tuple[float, list[float]] = (0.0, self.largest)  # sizes before an instant
         self._leaps: Collection[int] = ()  # functions that went across poles there
         self._start = 0.0
@@ -70,11 +75,21 @@ class Crossings:
     def forget_noise(self) -> None:
         """What is noise in one mode says nothing of the next one."""
         self.heard = [0.0] * len(self.heard)
+        self.beyond = frozenset()
         self._bands.clear()
+
+    def leave(self, doubtful: Iterable[int]) -> None:
+        """An event is over in which neither truth of these agreed: beyond zero they cross again,
+        but further off."""
+        ways = zip(self.directions(), self.now, strict=True)
+        past = [i for i, (d, g) in enumerate(ways) if d * g >= 0.0]
+        self.beyond = frozenset(doubtful).intersection(past) - self.touches
+        for i in self.beyond:
+            self._bands[i] = FURTHER_OFF * max(abs(self.now[i]), NOISE * self.largest[i])
 
     def shifts(self) -> list[float]:
         """Moves of the zero functions, away from zero, by which an integrator sees no crossings
-        of noise; empty where there is none."""
+        of noise, and those of what is beyond zero; empty where there is none."""
         if not self._bands:
             return []
         return [-d * self._bands.get(i, 0.0) for i, d in enumerate(self.directions())]
@@ -143,7 +158,7 @@ class Crossings:
         for i, relation in enumerate(self.program.relations):
             if abs(self.now[i]) > 1e3 * NOISE * self.largest[i]:
                 truth = self.now[i] < 0
-                if truth != (self.kernel.w[relation.slot] != 0):
+                if truth != (self.kernel.w[relation.slot] != 0) and i not in self.beyond:
                     wrong[i] = truth
         if wrong and min(abs(self.now[i]) for i in wrong) <= 1e3 * self.quiet():
             if any(abs(self.now[i]) > 1e3 * self.heard[i] for i in wrong if i not in self.touches):

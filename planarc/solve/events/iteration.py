@@ -186,6 +186,7 @@ class Events:
             settling.endless(trail)
         if self._rescue.overcome(t, lambda: self.kernel.outputs(t, done.y)) != 0:
             settling.failed()
+        self.crossings.leave(settling.doubtful)
         self._refuse_inexact(t, done, self._integers)
         return done
 

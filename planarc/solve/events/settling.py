@@ -42,7 +42,13 @@ MOST_SEARCHED = 10
 #: Instants of crossings are found so exactly that a function is this part of its largest
 #: value there, at most.
 NEAR = 1e-9
+#: How exactly truths are to agree with their equations, tried in turn: to rounding, as instants are
+#: found, and to what states err by. A clutch that slips back by as much before it can slide neither
+#: holds nor slides for an instant.
+EXACTLY = (0.0, NEAR, 1e-5)
 
+#: How often a relation may turn ahead at one instant: the second time it was turned back.
+MOST_TURNS = 2
 #: What reaches zero within this part of the time that `rises` looks ahead is at zero.
 SOON = 1e-7
 
@@ -75,7 +81,13 @@ class Settling:
         self._before, self._known_noise = before, [0.0][:0]
         self._turned: Counter[int] = Counter()
         self._searching = False
+        self._inexact: list[int] = []  # of which no choice agreed but to near zero
         self._closed: dict[int, float] = {}  # numbers of a loop, as a pass leaves them
+
+    @property
+    def doubtful(self) -> list[int]:
+        """Relations of which neither truth agreed."""
+        return [*self._inexact, *(i for i, times in self._turned.items() if times >= MOST_TURNS)]
 
     def settle(self, moved: bool) -> bool:
         """Iterate with fixed pre-values until nothing changes; false where that fails.
@@ -165,17 +177,18 @@ class Settling:
     def _search(self, restless: Sequence[int], trail: Iterable[Snapshot]) -> bool:
         """Try all truths of the restless relations until one agrees with its own equations.
 
-        Where none does to rounding, one counts that does as exactly as instants are found.
+        Where none does to rounding, one counts that does less exactly.
         """
         w, relations, self._searching = self.kernel.w, self.program.relations, True
         slots = [relations[i].slot for i in restless[:MOST_SEARCHED]]
         present = [w[s] for s in slots]
         choices = sorted(range(2 ** len(slots)), key=lambda n: (n.bit_count(), n))
-        for flips, near in ((f, near) for near in (0.0, NEAR) for f in choices):
+        for flips, near in ((f, near) for near in EXACTLY for f in choices):
             for k, (slot, value) in enumerate(zip(slots, present, strict=True)):
                 w[slot] = 1.0 - value if flips >> k & 1 else value
             if self._agrees(near):
                 self._searching = False
+                self._inexact = [*restless] if near else []
                 return True
         return self.endless(trail)
 
@@ -253,7 +266,7 @@ class Settling:
         near = [
             i
             for i, now in enumerate(crossings.now)
-            if self._turned[i] < 2 and abs(now) <= max(rest[i], NOISE)
+            if self._turned[i] < MOST_TURNS and abs(now) <= max(rest[i], NOISE)
         ]
         least = [1e-4 * NOISE * size for size in crossings.largest]
         rises = crossings.rises(self.t, self.done.y) if near else None

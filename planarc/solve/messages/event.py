@@ -100,12 +100,15 @@ def _given(program: Program, given: Mapping[str, Let], name: str) -> Span | None
     return span._replace(start=span.start + found.start(), end=span.start + found.end())
 
 
-def chattering(program: Program, kernel: Kernel, t: float, often: Sequence[str]) -> Diagnostic:
+def chattering(
+    program: Program, kernel: Kernel, t: float, often: Sequence[int | str]
+) -> Diagnostic:
     """The refusal of events that come again and again. `often` are the causes that come again and
-    again, those of relations with their texts."""
-    relations = {r.text: r for r in program.relations}
-    told = [_named(relations[c]) if c in relations else f"`{c}`" for c in often]
-    first = relations.get(often[0]) if often else None
+    again: relations by their numbers, others by their texts."""
+    relations = [program.relations[c] for c in often if isinstance(c, int)]
+    told = [f"`{c}`" if isinstance(c, str) else _named(program.relations[c]) for c in often]
+    told = list(dict.fromkeys(told))
+    first = relations[0] if relations else None
     switch = "switches" if len(told) == 1 else "switch"
     found = Diagnostic(
         "R432",

@@ -312,6 +312,23 @@ equation
     assert result.time[-1] == pytest.approx(1.0, abs=1e-8)
 
 
+def test_neither_truth_agrees_but_for_the_errors_of_states(backend: str) -> None:
+    """What wants a millionth less once it slides neither holds nor slides at first."""
+    result = run(
+        """
+  Real x(start=0, fixed=true), wanted;
+  Boolean slides(start=false, fixed=true) = wanted > 1;
+equation
+  wanted = 2*time - (if slides then 1e-6 else 0);
+  der(x) = if slides then 1 else 0;""",
+        backend,
+        1.0,
+    )
+    assert result.ended is None
+    assert result["slides"][-1] == 1
+    assert result["x"][-1] == pytest.approx(0.5, abs=1e-6)
+
+
 def test_chattering_names_the_relation_and_gives_advice(backend: str, stopped: Stopped) -> None:
     """A push that turns at x + v = 0 against the motion holds the point on that line."""
     diagnostic, result = stopped(
@@ -332,15 +349,18 @@ equation
     assert abs(result["x"][-1] + result["v"][-1]) < 1e-3
 
 
-def test_chattering_names_the_component(backend: str, stopped: Stopped) -> None:
-    text = """model M
+@pytest.mark.parametrize(
+    "relays", ["calm(x(start=-1e3)), wild", "wild, calm(x(start=-1e3))"], ids=["first", "last"]
+)
+def test_chattering_names_the_component(backend: str, stopped: Stopped, relays: str) -> None:
+    text = f"""model M
   model Relay
     Real x(start=1, fixed=true), v(start=0, fixed=true);
   equation
     der(x) = v;
     der(v) = if x + v > 0 then -5 else 5;
   end Relay;
-  Relay calm(x(start=-1e3)), wild;
+  Relay {relays};
 end M;"""
     diagnostic, _ = stopped(text, backend, 3.0, tolerance=1e-9)
     assert diagnostic.code == "R432"
