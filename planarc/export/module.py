@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value, table
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
+from planarc.codegen.native.operations import operate_function
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.rolling import operations
@@ -201,6 +202,7 @@ def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) 
     functions = (
         *block_functions(delayed, apart),
         *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),
+        operate_function(),
         *said_functions(),
         *start_functions(apart),
         *state_functions(),

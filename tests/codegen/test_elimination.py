@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable
 from typing import Any
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 import planarc
 from planarc.codegen.elimination import _Operations, _Work
 from planarc.codegen.native.machine import compile_object
+from planarc.codegen.native.operations import operate_function, operation_row, room
+from planarc.codegen.native.sparse import value_slots
 from planarc.codegen.numpy.printer import source
 from planarc.codegen.pipeline import generate
 from planarc.ir.program import Direct, Program
@@ -149,6 +153,39 @@ def test_the_order_suits_what_rests_and_what_flies(resting: int) -> None:
     assert kernel.outputs(0.0, []) == 0
     found = [kernel.w[program.slots[str(u)]] for u in direct.unknowns[: len(direct.tears)]]
     assert by_operations(program, kernel, direct) == pytest.approx(found, rel=1e-6)
+
+
+def test_a_table_of_operations_gives_the_same_bits(build: Callable[[str], Any]) -> None:
+    program = generate(chain(build, 12))
+    direct = program.blocks[-1].direct
+    assert direct is not None
+    w = np.random.default_rng(1).uniform(-2.0, 2.0, program.size)
+    places = value_slots(direct, program.slots)
+    for e, slot in zip(direct.values, places, strict=True):
+        if e.is_const:
+            w[slot] = e.data
+    numbers = w[places].tolist()
+    for a, negative, factors in operations_of(direct):
+        if not factors:
+            numbers.append(1.0 / numbers[a])
+            continue
+        product = math.prod(numbers[i] for i in factors)
+        given = -0.0 if a is None else numbers[a]
+        numbers.append(given - product if negative else given + product)
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(operate_function()), machine)
+    engine.finalize_object()
+    call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(engine.get_function_address("pc_operate"))
+    row = np.array([*operation_row(direct, program.slots)], np.int64)
+    memory = np.full(room(direct), np.nan)
+    call(w.ctypes.data, row.ctypes.data, memory.ctypes.data)
+    signs = (-1 if ref & 1 else 1 for ref in direct.tears)
+    wanted = [numbers[ref >> 1] * sign for ref, sign in zip(direct.tears, signs, strict=True)]
+    slots = [program.slots[str(tear)] for tear in program.blocks[-1].tears]
+    assert w[slots].tolist() == wanted
+    assert sorted(map(float.hex, memory)) == sorted(map(float.hex, numbers))
 
 
 @pytest.mark.parametrize("zero", ["q[3]", "s[3]", "q[0]", "s[8]"])

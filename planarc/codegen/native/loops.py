@@ -41,11 +41,15 @@ class Loops:
         if shared is not None:
             self._rows, self._begin = shared, code.arguments[0].load(POINTER, shared.word)
         self._numbers = Rows()  # by their bits
+        self._most = 0  # numbers of the memory in use at once
         self.time = code.constant(0, INT)  # how often the loop has run
         self._pointers: dict[tuple[str, tuple[int, ...]], Value] = {}
 
     def has_room(self, columns: Sequence[Column]) -> bool:
-        return len(self._homes) + sum(map(len, columns)) <= MOST
+        return self.has_free(sum(map(len, columns)))
+
+    def has_free(self, count: int) -> bool:
+        return len(self._homes) + count <= MOST
 
     def hold(self, temporaries: Iterable[Expr]) -> None:
         """Make room for them."""
@@ -54,6 +58,12 @@ class Loops:
             if first not in self._homes:
                 self._homes[first] = len(self._homes)
             self.places[e] = self._homes[first]
+
+    def free(self, count: int) -> Value:
+        """Room for numbers that nothing reads any more when another one is held."""
+        first = len(self._homes)
+        self._most = max(self._most, first + count)
+        return self.memory.at(first)
 
     @contextmanager
     def run(self, times: int) -> Iterator[None]:
@@ -75,7 +85,11 @@ class Loops:
 
     def word(self, words: Sequence[int]) -> Value:
         """The whole number that is due."""
-        return self._begin.at(self._rows.place(tuple(words))).load(INT, self.time)
+        return self.row(words).load(INT, self.time)
+
+    def row(self, words: Sequence[int]) -> Value:
+        """Where whole numbers begin."""
+        return self._begin.at(self._rows.place(tuple(words)))
 
     def number(self, values: Sequence[float]) -> Value:
         """The number that is due."""
@@ -91,8 +105,9 @@ class Loops:
 
     def text(self) -> str:
         """The constants, where there are some; the function's memory has its size from here on."""
-        if self.places:
-            self._code.place(REAL, len(self._homes), self.memory.text)
+        most = max(self._most, len(self._homes))
+        if most:
+            self._code.place(REAL, most, self.memory.text)
         own = {"rows": self._own, "numbers": self._numbers}
         return "".join(
             table(f"{self._name}_{kind}", rows.numbers)

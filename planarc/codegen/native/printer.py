@@ -46,6 +46,7 @@ from planarc.codegen.native.columns import group_columns
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.gauss import NOT_FINITE
 from planarc.codegen.native.loops import Loops
+from planarc.codegen.native.operations import operation_row, room
 from planarc.codegen.native.packed import Rows
 from planarc.codegen.native.reads import counted, reads_of
 from planarc.codegen.native.rolling import (
@@ -87,6 +88,7 @@ declare i32 @pc_pair(ptr, ptr)
 declare i32 @pc_linear(ptr, ptr)
 declare i32 @pc_linear_pair(ptr, ptr)
 declare i32 @pc_direct(ptr, ptr, ptr, ptr)
+declare void @pc_operate(ptr, ptr, ptr)
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
@@ -103,7 +105,8 @@ def ir(
     shapes = Shapes()
     reads = cache(partial(reads_of, program, shapes))
     slot = _slots(program)
-    section = partial(_Section, program, placement, shapes, reads, slot, small=small, shared=shared)
+    section = partial(_Section, program, placement, shapes, reads, slot, small=small, shared=shared,
+                      tabled=speller is not None)  # fmt: skip
     seldom = partial(section, seldom=True, speller=speller)
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
@@ -120,7 +123,7 @@ def ir(
         "" if speller is None else speller.text(),
     )
     head = declarations() + _RUNTIME
-    return "\n".join((head, _records(placement), _rows(program), *functions))
+    return "\n".join((head, _records(placement), *functions))
 
 
 def slopes_ir(
@@ -150,24 +153,17 @@ def _records(placement: Placement) -> str:
     return table("pc_blocks", numbers)
 
 
-def _rows(program: Program) -> str:
-    """The rows of blocks that are eliminated in a fixed order."""
-    return "".join(
-        table(f"pc_rows_{i}", rows_by_slot(code.direct, program.slots))
-        for i, code in enumerate(program.blocks)
-        if code.direct is not None
-    )
-
-
 class _Section:
-    """A function of the module."""
+    """A function of the module; `tabled`: the operations of eliminated blocks are rows, too."""
 
     def __init__(
         self, program: Program, placement: Placement, shapes: Shapes,
         reads: Callable[[], Counter[Expr]], slot: Callable[[Expr], int | None], name: str,
         results: bool = False, seldom: bool = False, small: bool = False,
-        shared: Rows | None = None, speller: Speller | None = None,
+        shared: Rows | None = None, speller: Speller | None = None, tabled: bool = False,
     ) -> None:  # fmt: skip
+        self._tabled = tabled
+        self._tables: list[str] = []
         self._seldom, self._small, self._speller = seldom, small, speller
         self._program, self._shapes, self._reads = program, shapes, reads
         self._placement = placement
@@ -267,7 +263,7 @@ class _Section:
             with c.when(real(c, self._leaf(e)).is_nan(), leaves=True):
                 c.give(-1)
         c.give(0)
-        return self._loops.text() + c.text()
+        return "".join((self._loops.text(), *self._tables, c.text()))
 
     def _write(self, statements: Iterable[Statement], straight: bool = False) -> None:
         """`straight`: without loops."""
@@ -474,14 +470,24 @@ class _Section:
         return not self._small and len(code.residuals) == 2
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
+        loops, told = self._loops, (*rows_by_slot(direct, self._program.slots),)
+        if self._tabled and loops.has_free(room(direct)):
+            operations = loops.row((*operation_row(direct, self._program.slots),))
+            self._code.run("pc_operate", self._w, operations, loops.free(room(direct)))
+            rows = loops.row(told)
+        else:
+            self._operate(code, direct)
+            self._tables.append(table(f"pc_rows_{block}", told))
+            rows = Value(self._code, POINTER, f"@pc_rows_{block}")
+        self._call("pc_direct", self._record(block), rows, self._area.at(self._placement.sizes))
+        known = set(direct.unknowns)  # in the workspace now
+        self._write(let for let in code.body if let.target not in known)
+
+    def _operate(self, code: BlockCode, direct: Direct) -> None:
         for tear, value in zip(code.tears, operate(direct, self._value, self._break), strict=True):
             slot = self._slot(tear)
             assert slot is not None
             self._w.store(value, slot)
-        rows = Value(self._code, POINTER, f"@pc_rows_{block}")
-        self._call("pc_direct", self._record(block), rows, self._area.at(self._placement.sizes))
-        known = set(direct.unknowns)  # in the workspace now
-        self._write(let for let in code.body if let.target not in known)
 
     def _call(self, function: str, *arguments: Value) -> None:
         """Leave where a function that solves a block fails."""

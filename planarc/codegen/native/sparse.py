@@ -47,13 +47,18 @@ def operate(
     return [-number(ref >> 1) if ref & 1 else number(ref >> 1) for ref in direct.tears]
 
 
+def value_slots(direct: Direct, slots: Mapping[str, int]) -> list[int]:
+    """Where the values stand."""
+    names = (constant_name(e) if e.op is Op.CONST else text(e) for e in direct.values)
+    return [slots[name] for name in names]
+
+
 def rows_by_slot(direct: Direct, slots: Mapping[str, int]) -> Iterator[int]:
     """How many rows, and how many of them give an unknown; then of each row the slots of its
     constant and of this unknown, how many entries, and their slots."""
     rows, n = read_rows(direct.rows), direct.rows[Head.TEARS]
     unknowns = [slots[text(u)] for u in direct.unknowns]
-    names = (constant_name(e) if e.op is Op.CONST else text(e) for e in direct.values)
-    values = [slots[name] for name in names]
+    values = value_slots(direct, slots)
     yield from (len(rows), len(rows) - n)
     for own, (constant, entries) in zip(unknowns[n:] + n * [0], rows, strict=True):
         yield from (values[constant], own, len(entries))
