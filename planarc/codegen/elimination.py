@@ -91,11 +91,8 @@ def eliminate(
         for s, slope in f.slopes:
             rows += (number[s], place[slope])
 
-    def placed(listed: Sequence[int]) -> tuple[int, ...]:
-        return tuple(done.placed(ref, len(place)) for ref in listed)
-
-    operations = tuple(map(placed, done.listed))
-    return Direct(unknowns, tuple(place), tuple(rows), operations, placed(tears))
+    operations = tuple([done.placed(listed, len(place)) for listed in done.listed])
+    return Direct(unknowns, tuple(place), tuple(rows), operations, done.placed(tears, len(place)))
 
 
 #: References of 0 and 1.
@@ -151,11 +148,16 @@ class _Operations(Struct):
             self.listed.append(operation)
         return self.known[operation]
 
-    def placed(self, ref: int, known: int) -> int:
-        """The reference where constants stand behind the values, and results behind all `known`."""
-        if ref < 0:
-            return 2 * (self.values - (ref >> 1) - 1) + (ref & 1)
-        return ref if ref < 2 * self.values else ref + 2 * (known - self.values)
+    def placed(self, refs: Sequence[int], known: int) -> tuple[int, ...]:
+        """References where constants stand behind the values, and results behind all `known`."""
+        first, further = 2 * self.values, 2 * (known - self.values)
+        constant = first - 2
+        return tuple(
+            [
+                (constant - (r & -2) | r & 1) if r < 0 else r if r < first else r + further
+                for r in refs
+            ]
+        )
 
 
 class _Work(Struct):

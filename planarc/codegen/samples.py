@@ -47,7 +47,7 @@ class Samples:
         self._everywhere: dict[float, Values] = {}  # numbers that are the same at all positions
         self._formulas = self._anew()
         self._spread = np.array(SPREAD)
-        self._random = np.random.default_rng(1)
+        self._seed = 1
         table = sorted.dae.table
         with np.errstate(all="ignore"):
             self.set(table.time, np.zeros(len(SPREAD)))
@@ -65,9 +65,18 @@ class Samples:
         if others is None:
             return start
         least, most = others
-        changed = self._random.integers(least, most, len(start), endpoint=True).astype(float)
+        changed = np.floor(least + (most + 1 - least) * (self._random() + 1.0) / 2.0)
         changed[0] = start[0]
         return changed
+
+    def _random(self) -> Values:
+        """A number of -1 to 1 for each position, by a congruential generator (D. E. Knuth, The Art
+        of Computer Programming 2, 1997, 3.3.4): NumPy's take long to be imported."""
+        found = []
+        for _ in SPREAD:
+            self._seed = (6364136223846793005 * self._seed + 1442695040888963407) % 2**64
+            found.append(self._seed / 2**63 - 1.0)
+        return np.array(found)
 
     def _anew(self) -> RowValues:
         """Values of formulas, none of them known yet."""
@@ -109,7 +118,7 @@ class Samples:
         n = len(block.tears)
         x = np.empty((len(SPREAD), n))
         for j, tear in enumerate(block.tears):
-            moved = self._spread * self._random.uniform(-1.0, 1.0, len(SPREAD))
+            moved = self._spread * self._random()
             x[:, j] = self._starts.get(tear, np.ones(len(SPREAD))) + moved
         with np.errstate(all="ignore"):
             below = any(tear in self._starts for tear in block.tears)

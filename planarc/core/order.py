@@ -23,13 +23,14 @@ def in_order(names: Iterable[str], needs: Callable[[str], Iterable[str]]) -> lis
         path: dict[str, Iterator[str]] = {} if first in done else {first: iter(needs(first))}
         while path:
             name, rest = next(reversed(path.items()))
-            need = next((n for n in rest if n not in done), None)
-            if need is None:
+            for need in rest:
+                if need in path:
+                    around = list(path)
+                    raise Circle(around[around.index(need) :])
+                if need not in done:
+                    path[need] = iter(needs(need))
+                    break
+            else:
                 done[name] = None
                 del path[name]
-            elif need in path:
-                around = list(path)
-                raise Circle(around[around.index(need) :])
-            else:
-                path[need] = iter(needs(need))
     return list(done)

@@ -39,6 +39,9 @@ KINDS = {
     Base.ENUMERATION: dae.Kind.ENUMERATION,
     Base.STRING: dae.Kind.STRING,
 }
+# Where it counts: an enumeration looks up its members by a function.
+_REAL, _STRING = Base.REAL, Base.STRING
+_PARAMETER, _DISCRETE = Variability.PARAMETER, Variability.DISCRETE
 
 
 class Classified(Data):
@@ -52,18 +55,20 @@ class Classified(Data):
 
 
 def is_parameter(v: flat.Variable) -> bool:
-    return v.variability <= Variability.PARAMETER
+    return v.variability <= _PARAMETER
 
 
 def classify(model: Model, source: flat.FlatModel) -> Classified:
     """Enter all variables into `model` and give their scalar descriptions."""
     set_at_events = frozenset(_assigned_in_whens(source))
     for v in source.variables:
+        dims = fixed_dims(v.type)
+        names = scalar_names(v.name, dims)
         if is_parameter(v):
-            model.parameters.update(scalar_names(v.name, fixed_dims(v.type)))
+            model.parameters.update(names)
         elif _is_discrete(v, set_at_events):
-            model.discretes.update(scalar_names(v.name, fixed_dims(v.type)))
-        model.values[v.name] = _symbols(model, v)
+            model.discretes.update(names)
+        model.values[v.name] = _symbols(model, v, dims, names)
     parameters = _parameters(model, source)
     variables: list[dae.Variable] = []
     discretes: list[dae.Variable] = []
@@ -104,22 +109,17 @@ def _know(model: Model, v: flat.Variable | flat.Reference, value: flat.Expressio
 
 
 def _is_discrete(v: flat.Variable, set_at_events: frozenset[str]) -> bool:
-    return (
-        v.variability is Variability.DISCRETE
-        or v.type.base is not Base.REAL
-        or v.name in set_at_events
-    )
+    return v.variability is _DISCRETE or v.type.base is not _REAL or v.name in set_at_events
 
 
 def _is_given_text(v: flat.Variable) -> bool:
     """True for an input of the model itself that nobody can give: it stays empty."""
-    return v.type.base is Base.STRING and v.causality == "input" and v.binding is None
+    return v.type.base is _STRING and v.causality == "input" and v.binding is None
 
 
-def _symbols(model: Model, v: flat.Variable) -> Value:
-    dims = fixed_dims(v.type)
-    symbols: tuple[Value, ...] = tuple(model.table.symbol(n) for n in scalar_names(v.name, dims))
-    if v.type.base is Base.STRING:
+def _symbols(model: Model, v: flat.Variable, dims: tuple[int, ...], names: Sequence[str]) -> Value:
+    symbols: tuple[Value, ...] = tuple(map(model.table.symbol, names))
+    if v.type.base is _STRING:
         empty = is_parameter(v) or _is_given_text(v)
         symbols = tuple(Text(("",)) if empty else held(expr(e)) for e in symbols)
     return Tensor(dims, symbols) if dims else symbols[0]
@@ -149,7 +149,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
             value = lower_expression(scope, given)
             if v.attributes.fixed is not None:  # maybe found at the start
                 value = _at_start(model, value)
-        if v.type.base is Base.STRING:
+        if v.type.base is _STRING:
             model.values[v.name] = value
             continue
         result.extend(_enter(model, v, _spread(model, value, v)))
@@ -269,8 +269,10 @@ def _is_fixed(v: flat.Variable, value: Expr | None) -> bool:
 
 def _attributes(
     model: Model, v: flat.Variable, size: int, *told: flat.Expression | None
-) -> Iterator[tuple[Expr | None, ...]]:
+) -> list[tuple[Expr | None, ...]]:
     """Attributes, each for every scalar of a variable."""
+    none: tuple[Expr | None, ...] = (None,) * size
+    if not any(told):
+        return [none] * len(told)
     scope = Scope(model, events=False)
-    for e in told:
-        yield (None,) * size if e is None else _spread(model, lower_expression(scope, e), v)
+    return [none if e is None else _spread(model, lower_expression(scope, e), v) for e in told]

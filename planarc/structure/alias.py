@@ -142,6 +142,7 @@ class _Search:
         self.derivatives: deque[int] = deque()  # equations that may name a derivative
         self.long: deque[int] = deque()  # equations of many unknowns: looked at seldom
         self.size: dict[int, int] = {}  # unknowns when last looked at
+        self.named: dict[int, frozenset[Expr]] = {}  # by which name they are known since
         self.spent: set[int] = set()  # equations that made an alias
         self.reason: dict[str, int] = {}  # which equation eliminated a name
         self.uses: dict[str, list[int]] = {name: [] for name in self.key}
@@ -181,15 +182,18 @@ class _Search:
         """The unknowns of an equation, after what has become known of its variables. The residual
         is written anew where it has one left, or fewer than before: not for other names alone."""
         residual = self.residuals[i]
-        unknowns = self.contents(residual)
-        stale = [s for s in unknowns if s.data[0] in self.reason]
+        before = self.contents(residual)
+        named = self.named.get(i, before)
+        stale = [s for s in named if s.data[0] in self.reason]
         if not stale:
-            return unknowns
-        changed = {s: self.forest.resolve(s) for s in sorted(stale)}
-        named = unknowns.difference(stale).union(*map(self.contents, changed.values()))
-        if len(named) < max(2, len(unknowns)):
+            return named
+        found = [self.contents(self.forest.resolve(s)) for s in sorted(stale)]
+        named = named.difference(stale).union(*found)
+        if len(named) < max(2, len(before)):
+            changed = {s: self.forest.resolve(s) for s in before if s.data[0] in self.reason}
             self.residuals[i] = Substitution(self.table, changed)(residual)
-            return self.contents(self.residuals[i])
+            named = self.contents(self.residuals[i])
+        self.named[i] = named
         return named
 
     def _classify(self, i: int, late: bool) -> None:

@@ -221,6 +221,8 @@ def _outside(
 
 def _numbers(e: flat.Expression, session: Session) -> list[float]:
     """All entries, none where they are not known before the run."""
+    if isinstance(e, flat.Literal) and type(e.value) in (int, float):  # as most bounds are
+        return [float(e.value)]
     try:
         values = flat_values(Evaluator(session).value(e))
     except (NotConstant, PlanarcError):
