@@ -16,7 +16,7 @@ from planarc.core.source import Span
 from planarc.core.unit import rate_text
 from planarc.evaluate.value import evaluate
 from planarc.ir.actions import rewrite_action
-from planarc.ir.dae import SHARING, Action, Kind, Parameter, Variable
+from planarc.ir.dae import SHARING, Action, Kind, Parameter, Variable, set_by_whens
 from planarc.ir.expr import Expr, Op, postorder, symbol_text, symbols
 from planarc.ir.program import (
     CandidateSlot,
@@ -156,10 +156,19 @@ class Tables:
     # Events
 
     def discretes(self) -> tuple[DiscreteSlot, ...]:
-        at = self._layout
+        at, dae = self._layout, self._dae
+        sides = (e for q in dae.discrete_equations for e in (q.left, q.right))
+        known = set_by_whens(dae.whens) | {e.name for e in sides if e.is_symbol}
         return tuple(
-            DiscreteSlot(d.name, d.kind, at[d.name], at[f"pre({d.name})"], at[f"start({d.name})"])
-            for d in self._dae.discretes
+            DiscreteSlot(
+                d.name,
+                d.kind,
+                at[d.name],
+                at[f"pre({d.name})"],
+                at[f"start({d.name})"],
+                d.span if d.causality == "input" and d.name not in known else None,
+            )
+            for d in dae.discretes
         )
 
     def relations(self) -> tuple[RelationSlot, ...]:

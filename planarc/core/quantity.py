@@ -99,6 +99,13 @@ def in_unit(name: str, text: str, unit: str) -> float | None:
         return copysign(inf, plain)
 
 
+def scale(unit: str) -> tuple[float, float]:
+    """What a number in a known unit is multiplied by, and what is then added, for units of the SI
+    (and radians)."""
+    size, turns = _size(unit)
+    return float(size) * pi**turns, float(_KELVIN_AT_ZERO) if unit == "degC" else 0.0
+
+
 def of_pint(name: str, value: Any, unit: str) -> float:
     """The number of a quantity of pint in a unit. Raises UsageError C115 where it does not fit."""
     plain, dimension = value.to_base_units(), parse(unit)

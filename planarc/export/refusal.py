@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.dae import Assertion, Impact, Reinit, SetDiscrete
+from planarc.ir.dae import Assertion, Impact, Kind, Reinit, SetDiscrete
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, Program
 
@@ -33,6 +33,10 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     crowds = {a.component: a.span for a in acting if isinstance(a, Impact) and a.crowd}
     for name, span in crowds.items():
         yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
+    for d in program.discretes:
+        if d.given is not None:
+            kind = "an enumeration" if d.kind is Kind.ENUMERATION else d.kind.value
+            yield f"the input `{d.name}`, which is {kind} and no Real,", d.given
     lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
              program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]

@@ -188,6 +188,7 @@ class DiscreteSlot(Data):
     slot: int
     pre: int  # slot of pre(name)
     start: int
+    given: Span | None = None  # of an input of the model that nothing sets
 
 
 class RelationSlot(Data):

@@ -17,7 +17,7 @@ from xml.etree import ElementTree as Xml
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.quantity import in_unit
+from planarc.core.quantity import in_unit, scale
 from planarc.core.unit import factors, parse
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.variables import Interface, Seen, shown_name
@@ -52,7 +52,7 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
             "instantiationToken" if three else "guid": told.token,
             "description": program.description,
             "generationTool": told.tool,
-            "variableNamingConvention": "structured",
+            "variableNamingConvention": _convention(shown),
         },
     )
     state = "FMUState" if three else "FMUstate"
@@ -92,6 +92,12 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
     )
     (_three if three else _two)(root, shown)
     return write_xml(root)
+
+
+def _convention(shown: Interface) -> str:
+    """Names in quotes that are no ASCII are none of the structured ones."""
+    names = [n for v in shown.variables for n in (v.name, *map(shown_name, v.aliases))]
+    return "structured" if all(map(str.isascii, names)) else "flat"
 
 
 def _unknowns(shown: Interface) -> tuple[list[Seen], list[Seen], list[Seen]]:
@@ -226,19 +232,30 @@ def _units(root: Xml.Element, shown: Interface) -> None:
         unit = Xml.SubElement(units, "Unit", name=name)
         base = dict(zip(_BASE, map(int, parse(name) or ()), strict=False))
         base["rad"] = sum(e for _, s, e in factors(name) or () if s in ("rad", "deg", "rev"))
-        given = {k: str(e) for k, e in base.items() if e}
+        given = {k: str(e) for k, e in base.items() if e} | _scaled(*scale(name))
         Xml.SubElement(unit, "BaseUnit", given)
         for display in displays:
-            factor = _display(name, display)
-            if factor is not None:
-                Xml.SubElement(unit, "DisplayUnit", name=display, factor=_number(factor))
+            scaled = _display(name, display)
+            if scaled is not None:
+                given = {"name": display, "factor": _number(scaled[0])} | _scaled(1.0, scaled[1])
+                Xml.SubElement(unit, "DisplayUnit", given)
 
 
-def _display(unit: str, display: str) -> float | None:
-    """What a number in the unit is multiplied by to be shown; None where nothing is."""
-    if not display or display == unit or factors(display) is None or "degC" in (unit, display):
+def _scaled(factor: float, offset: float) -> dict[str, str]:
+    """As attributes, but for those that change nothing."""
+    told = (("factor", factor, 1.0), ("offset", offset, 0.0))
+    return {name: _number(value) for name, value, nothing in told if value != nothing}
+
+
+def _display(unit: str, display: str) -> tuple[float, float] | None:
+    """What a number in the unit is multiplied by to be shown, and what is then added; None where
+    nothing is."""
+    if not display or display == unit or factors(display) is None:
         return None
-    return in_unit("", f"1 {unit}", display)
+    if "degC" not in (unit, display):
+        return in_unit("", f"1 {unit}", display) or 1.0, 0.0
+    (factor, offset), (shown, zero) = scale(unit), scale(display)
+    return factor / shown, (offset - zero) / shown
 
 
 def _interval(program: Program) -> float:

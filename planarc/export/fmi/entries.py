@@ -30,13 +30,15 @@ from planarc.export.instance.block import (
 from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.relations import numbers_of, told
 from planarc.export.instance.said import MARK
-from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED
+from planarc.export.instance.settling import ACTED, DENSE, ENDLESS, UNSOLVED
 from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
 from planarc.export.text import text_constant
 from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 #: What messages are filled with.
+#: Where ticks cannot be told apart (`DENSE`).
+DENSELY = "a `sample` becomes true at more instants than a run can tell apart"
 _NOW, _SUBJECT = f"at t = {MARK}t6 s", f"{MARK}w0"
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
 ALWAYS = tuple(p for p in Phase if p is not Phase.MEANWHILE)
@@ -148,13 +150,15 @@ class Entries:
                 text = c.call(POINTER, "px_message", c.flag(m.load(INT, Own.ENDED)))
                 c.run("px_log", m, c.constant(ERROR, FLAG), text)
                 c.give(ERROR)
+            with c.when(starting & flag.equals(DENSE), leaves=True):
+                self.fail(c, m, DENSELY)
             with c.when(starting, leaves=True):
                 self.fail(
                     c,
                     m,
                     "with these parameters and start values no start is found from the assembly "
                     "that the model was exported with: a loop does not close, or the way there "
-                    "is too far",
+                    f"is too far; {_SUBJECT}",
                 )
             self.fail(c, m, f"{_NOW} {_SUBJECT}", DISCARD)
 
@@ -395,6 +399,7 @@ class Entries:
         for wrong, reason in (
             (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
             (ENDLESS, f"the events {_NOW} do not come to rest"),
+            (DENSE, DENSELY),
         ):
             with c.when(flag.equals(wrong), leaves=True):
                 self.enter(c, m, Phase.FAILED)

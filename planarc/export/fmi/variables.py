@@ -4,7 +4,8 @@ In:   Program, the values at the start, what is held there
 Out:  Seen    one for each value: names that share it are its aliases
 
 A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
-output have references of their own, since each may be one. Where the choice of
+output have references of their own, since each may be one, and so have those of another unit
+(the angle and a force of the ground are both zero). Where the choice of
 states may change, the states are variables of their own: `_state[1]` is the first of them,
 whichever coordinate that is, and its derivative `der(_state[1])`.
 """
@@ -21,7 +22,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.instance.block import OTHER
-from planarc.export.plan import is_settable
+from planarc.export.plan import is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column, ParameterSlot, Program
@@ -81,8 +82,9 @@ def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Int
     tunable = tunable_parameters(program)
     fixed = {c.name for c in program.columns if c.constant} - tunable
     found = find_dependencies(slopes, knowns, fixed, tunable)
-    outputs = [v.reference for v in shown.variables
-               if v.causality == "output" and v.kind == NUMBER]  # fmt: skip
+    # At events outputs may follow anything, by relations and what is held between events.
+    outputs = [v.reference for v in shown.variables if not is_eventful(program)
+               and v.causality == "output" and v.kind == NUMBER]  # fmt: skip
     return replace(
         shown,
         dependencies={
@@ -190,14 +192,15 @@ class _Shown:
         elif not own:  # a host shows outputs first: those that say where everything is
             own = {c.display for c in program.candidates}
         self._outputs, self._inputs = own, set(program.inputs)
+        self._discrete = {d.slot for d in program.discretes}
 
     def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
         """The variables that a group of names makes."""
         first = self.group(reference, columns, state)
-        if first.causality != "output":
-            return [first]
-        found = [replace(first, aliases=())]
-        for k, column in enumerate(first.aliases, 1):
+        apart = [c for c in first.aliases if first.causality == "output" or
+                 (first.kind == NUMBER and c.unit != first.unit)]  # fmt: skip
+        found = [replace(first, aliases=tuple(c for c in first.aliases if c not in apart))]
+        for k, column in enumerate(apart, 1):
             other = self.group(reference, [column], None)
             initial = "calculated"  # a start value is set by one name
             found.append(replace(other, reference=reference + k * OTHER, initial=initial,
@@ -211,7 +214,8 @@ class _Shown:
         kind, sign = reference // 2 % 4, reference % 2
         parameter = self._parameters.get(main.name)
         value: Any = -self._w[main.slot] if sign else self._w[main.slot]
-        causality, variability = "local", "continuous" if kind == NUMBER else "discrete"
+        steady = kind != NUMBER or main.slot in self._discrete
+        causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
         minimum = maximum = None
         if main.name in self._inputs:

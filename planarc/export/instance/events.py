@@ -30,7 +30,7 @@ from planarc.export.instance.relations import (
     told,
     truth,
 )
-from planarc.export.instance.settling import ACTED, ENDLESS, UNSOLVED, discrete
+from planarc.export.instance.settling import ACTED, DENSE, ENDLESS, UNSOLVED, discrete
 from planarc.export.plan import PASSES, Own, Phase, Relation, Row, Sample, Stale, Table
 from planarc.ir.frame import Frame, Number
 from planarc.solve.events.crossings import NOISE
@@ -277,6 +277,11 @@ def _prepare(c: Code, m: Value, delayed: bool, apart: bool) -> None:
     if delayed:
         attempt(c, "px_begin_past", m, t)
     c.run("px_instants", m, t)
+    interval, least = samples(c, m, Sample.INTERVAL), (due(c, t) - t) * 2.0
+    with c.loop(plan(c, Table.SAMPLES)) as k:
+        length = interval.load(REAL, k)
+        with c.when((length > 0.0) & (length < least), leaves=True):
+            c.give(DENSE)
     w.store(t)
     c.call(FLAG, "pc_zeros", m, t, now)
     with c.loop(plan(c, Table.RELATIONS)) as i, c.when(told(c, i, Row.OF_TIME).equals(1)):

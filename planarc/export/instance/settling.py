@@ -28,6 +28,8 @@ from planarc.solve.events.settling import EXACTLY, MOST_SEARCHED, MOST_TURNS, SO
 
 #: What ends an event: no solution, no rest, an action.
 UNSOLVED, ENDLESS, ACTED = 1, 2, 3
+#: What ends a start: a `sample` whose ticks lie closer together than instants.
+DENSE = 5
 _PRIME = 1099511628211
 
 

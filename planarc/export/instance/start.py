@@ -20,7 +20,7 @@ from planarc.export.instance.block import constant, hold, image, is_null, larger
 from planarc.export.instance.events import SETTLED
 from planarc.export.instance.relations import attempt
 from planarc.export.plan import PARAMETER, Own, Stale, Table
-from planarc.ir.frame import Number
+from planarc.ir.frame import ARRAYS, Number, Record
 
 #: Longest change of an unknown in one step, and how often one is halved.
 LONGEST, HALVINGS, STEPS = 0.5, 12, 60
@@ -35,7 +35,7 @@ MORE = 1e-13
 
 
 def start_functions(apart: bool) -> tuple[str, ...]:
-    return _start(), _assemble(apart), _part(apart), _rows(), _solve(), _step()
+    return _start(), _blame(), _assemble(apart), _part(apart), _rows(), _solve(), _step()
 
 
 def _counts(c: Code) -> tuple[Value, Value, Value, Value]:
@@ -66,6 +66,24 @@ def _start(c: Code, m: Value) -> None:
     m.store(whole(c, Stale.REST), Own.STALE)
     c.give(c.call(FLAG, "pc_rhs", m, w.load(REAL), m.load(POINTER, Own.Y),
                   m.load(POINTER, Own.RATES)))  # fmt: skip
+
+
+@function("void px_blame(ptr m)", seldom=True)
+def _blame(c: Code, m: Value) -> None:
+    """What failed is the loop that is farthest from closing."""
+    _, numbers, _, area = open_frame(m)
+    table, row, most = constant(c, "pc_blocks"), c.variable(1, INT), c.variable(0.0)
+    with c.loop(table.load(INT)) as k:
+        record = table.at(row.get())
+        residuals = area.at(record.load(INT, Record.AREA) + ARRAYS)
+        closes = record.load(INT, Record.BELOW) > record.load(INT, Record.LINEAR)
+        with c.when(closes), c.loop(record.load(INT, Record.RESIDUALS)) as i:
+            size = c.absolute(residuals.load(REAL, i))
+            with c.when(size > most.get()):
+                most.set(size)
+                numbers.store(k, Number.FAILED)
+        row.set(row.get() + record.load(INT, Record.TEARS) * 3 + Record.SLOTS)
+    c.give()
 
 
 @function("i32 px_assemble(ptr m)", seldom=True)
@@ -107,6 +125,7 @@ def _assemble(c: Code, m: Value, apart: bool) -> None:
     c.begin(behind)
     c.run("free", memory)
     with c.when(~flag.get().equals(0), leaves=True):
+        c.run("px_blame", m)
         c.give(flag.get())
     states = plan(c, Table.STATES)
     slots, y = numbers.at(Number.FIRST_STATE), m.load(POINTER, Own.Y)

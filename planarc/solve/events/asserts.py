@@ -162,8 +162,8 @@ class AssertWatch:
         from planarc.solve.messages.assertion import assertion_diagnostic
 
         def value(e: Expr) -> float:
-            found = columns(e)
-            return float(np.atleast_1d(found)[row if np.ndim(found) else 0])
+            found = np.atleast_1d(columns(e))
+            return float(found[row if len(found) > 1 else 0])  # what does not change has one row
 
         parts = [
             part if isinstance(part, str) else formatted(value(part[0]), part[1])

@@ -1,0 +1,157 @@
+"""The model description says what a host needs to know: units, what is discrete, what depends on
+what; what it could not say rightly is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+from zipfile import ZipFile
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+import planarc
+from planarc.core.diagnostic import PlanarcError
+from tests.export.fmus import EXAMPLES, runs_here, simulate
+
+VERSIONS = (2, 3)
+
+
+def described(path: Path) -> Xml.Element:
+    with ZipFile(path) as archive:
+        return Xml.fromstring(archive.read("modelDescription.xml"))
+
+
+def exported(folder: Path, text: str, version: int = 3) -> Path:
+    path = folder / f"Model{version}.fmu"
+    planarc.load(text).export_fmu(path, fmi=version)
+    assert validate_fmu(str(path)) == []
+    return path
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize(
+    ("unit", "base"),
+    [
+        ("mm", {"m": "1", "factor": "0.001"}),
+        ("g", {"kg": "1", "factor": "0.001"}),
+        ("deg", {"rad": "1", "factor": "0.017453292519943295"}),
+        ("degC", {"K": "1", "offset": "273.15"}),
+        ("km/h", {"m": "1", "s": "-1", "factor": "0.2777777777777778"}),
+        ("N.m", {"kg": "1", "m": "2", "s": "-2"}),
+    ],
+)
+def test_units_tell_their_scale(
+    tmp_path: Path, unit: str, base: dict[str, str], version: int
+) -> None:
+    text = f'model M parameter Real p(unit="{unit}")=1; Real x = p*time; end M;'
+    root = described(exported(tmp_path, text, version))
+    (found,) = (u for u in root.iter("Unit") if u.get("name") == unit)
+    given = found.find("BaseUnit")
+    assert given is not None and dict(given.items()) == base
+
+
+def test_temperatures_are_shown_in_degrees(tmp_path: Path) -> None:
+    text = 'model M parameter Real T(unit="K", displayUnit="degC")=300; Real x = T*time; end M;'
+    (shown,) = described(exported(tmp_path, text)).iter("DisplayUnit")
+    assert dict(shown.items()) == {"name": "degC", "factor": "1.0", "offset": "-273.15"}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_values_of_other_units_are_no_aliases(tmp_path: Path, version: int) -> None:
+    """The angle of the ground and the force on it are both zero."""
+    path = tmp_path / "four_bar.fmu"
+    model = planarc.load(EXAMPLES / "four_bar.pmo")
+    model.export_fmu(path, fmi=version)
+    assert validate_fmu(str(path)) == []
+    units = {c.name: c.unit for c in model.program.columns}
+    root = described(path)
+    told = {
+        a.get("name"): v.get("unit", "")
+        for v in root.iter("Float64")
+        for a in (v, *v.iter("Alias"))
+    }
+    for v in root.iter("ScalarVariable"):
+        told |= {v.get("name"): e.get("unit", "") for e in v.iter("Real")}
+    wrong = {n for n, unit in told.items() if n in units and units[n] not in ("1", unit)}
+    assert not wrong and len(told) > 100
+
+
+CONTROLLER = """model M
+  input Real measured(start=0);
+  output Real u(start=0, fixed=true);
+  output Real y = 2*x;
+  Real x(start=0, fixed=true);
+equation
+  der(x) = u - x;
+  when sample(0, 0.1) then
+    u = 3*(1 - measured);
+  end when;
+end M;
+"""
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_outputs_follow_at_events_is_left_open(tmp_path: Path, version: int) -> None:
+    """A controller's output follows its input at an event, where no slope tells it."""
+    description = fmpy.read_model_description(exported(tmp_path, CONTROLLER, version))
+    outputs = {o.variable.name: o for o in description.outputs}
+    assert set(outputs) == {"u", "y"}
+    assert all(o.dependencies is None for o in outputs.values())
+    assert outputs["u"].variable.variability == "discrete"
+    assert outputs["y"].variable.variability == "continuous"
+
+
+def test_names_that_are_no_ascii_are_flat(tmp_path: Path) -> None:
+    path = exported(
+        tmp_path, "model M Real 'ü ñ'(start=1, fixed=true); equation der('ü ñ') = 1; end M;"
+    )
+    assert described(path).get("variableNamingConvention") == "flat"
+
+
+@pytest.mark.parametrize(
+    ("declared", "used", "kind"),
+    [
+        ("input Boolean on(start=true);", "if on then -x else 0", "Boolean"),
+        ("input Integer n(start=1);", "-n*x", "Integer"),
+        ("type E = enumeration(a, b); input E e;", "if e == E.a then -x else 0", "an enumeration"),
+    ],
+)
+def test_inputs_that_are_no_reals_are_refused(declared: str, used: str, kind: str) -> None:
+    """They were left out, and the value at the start held for the whole run."""
+    head = f"model M\n  {declared}\n  Real x(start=1, fixed=true);\n"
+    text = f"{head}equation\n  der(x) = {used};\nend M;"
+    with pytest.raises(PlanarcError, match=f"which is {kind} and no Real") as raised:
+        planarc.load(text).export_fmu("unwritten.fmu")
+    (found,) = raised.value.diagnostics
+    assert found.code == "C300" and found.span is not None
+
+
+@runs_here
+def test_a_loop_that_cannot_be_closed_is_named(tmp_path: Path) -> None:
+    path, told = tmp_path / "four_bar.fmu", list[str]()
+    planarc.load(EXAMPLES / "four_bar.pmo").export_fmu(path)
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        simulate(path, "CoSimulation", 1.0, start_values={"crank.r[1]": 30.0},
+                 logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
+    assert "the loop of `crank`, `coupler` and `rocker`" in told[0]
+
+
+@runs_here
+@pytest.mark.parametrize("interval", [1e-300, 1e-12])
+def test_a_sampler_that_ticks_without_end_is_told(tmp_path: Path, interval: float) -> None:
+    text = """model M
+  parameter Real T=0.1;
+  discrete output Real u(start=0, fixed=true);
+equation
+  when sample(0, T) then
+    u = pre(u) + 1;
+  end when;
+end M;
+"""
+    path, told = exported(tmp_path, text), list[str]()
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        simulate(path, "CoSimulation", 1.0, start_values={"T": interval},
+                 logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
+    assert told == ["a `sample` becomes true at more instants than a run can tell apart"]
