@@ -47,7 +47,7 @@ class Samples:
         self._everywhere: dict[float, Values] = {}  # numbers that are the same at all positions
         self._formulas = self._anew()
         self._spread = np.array(SPREAD)
-        self._seed = 1
+        self._seed = 5
         table = sorted.dae.table
         with np.errstate(all="ignore"):
             self.set(table.time, np.zeros(len(SPREAD)))

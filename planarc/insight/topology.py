@@ -75,12 +75,13 @@ def find_mechanism(dae: Dae) -> Mechanism | None:
 
 def find_moving(dae: Dae) -> frozenset[str]:
     """Components with derivatives in their equations: what has mass, or measures speed."""
-    return frozenset(
-        equation.component
-        for equation in dae.equations
-        if not equation.generated  # these name connectors
-        and any(e.op is _SYMBOL and e.data[1] for e in below((equation.left, equation.right)))
-    )
+    moving: set[str] = set()
+    for equation in dae.equations:
+        if not (equation.generated or equation.component in moving):  # the former name connectors
+            inside = below((equation.left, equation.right))
+            if any(e.op is _SYMBOL and e.data[1] for e in inside):
+                moving.add(equation.component)
+    return frozenset(moving)
 
 
 def find_derived(dae: Dae) -> frozenset[str]:

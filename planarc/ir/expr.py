@@ -104,6 +104,7 @@ class Exprs:
 
     def __init__(self) -> None:
         self._nodes: tuple[dict[Any, Expr], ...] = tuple({} for _ in Op)  # by operation
+        self._symbols: dict[Any, Expr] = self._nodes[_SYMBOL]
         self._numbers: dict[float, Expr] = {}  # constants except zeros, truth values and nan
         self.all: list[Expr] = []  # by id
         self.texts: set[str] = set()  # those that numbers stand for
@@ -151,16 +152,16 @@ class Exprs:
 
     def symbol(self, name: str, order: int = 0) -> Expr:
         key = name, order
-        found = self._nodes[_SYMBOL].get(key)
+        found = self._symbols.get(key)
         return self._new(key, _SYMBOL, (), key) if found is None else found
 
     def symbols(self) -> list[Expr]:
         """All symbols so far, in the order of their creation."""
-        return list(self._nodes[_SYMBOL].values())
+        return list(self._symbols.values())
 
     def knows(self, name: str) -> bool:
         """Whether there is a symbol of this name."""
-        return (name, 0) in self._nodes[_SYMBOL]
+        return (name, 0) in self._symbols
 
     def der(self, symbol: Expr) -> Expr:
         """The symbol differentiated once more."""

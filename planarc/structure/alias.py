@@ -37,7 +37,7 @@ from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.signs import Signs
 
 # Where it counts: an enumeration looks up its members by a function.
-_SYMBOL, _NEG = Op.SYMBOL, Op.NEG
+_SYMBOL, _NEG, _ADD = Op.SYMBOL, Op.NEG, Op.ADD
 _SHORT = 6  # unknowns of an equation that is looked at whenever one of them vanishes
 
 
@@ -74,7 +74,7 @@ def eliminate_aliases(dae: Dae, signs: Signs) -> Elimination:
         else:
             live.append(Live(i, left, right, residual))
     kept = tuple(v.name for v in dae.variables if search.forest.is_root(v.name))
-    return Elimination(kept, tuple(live), tuple(vanished), search.aliases(), rewrite)
+    return Elimination(kept, tuple(live), tuple(vanished), search.aliases(rewrite), rewrite)
 
 
 class Forest:
@@ -165,11 +165,13 @@ class _Search:
                 self._classify(i, late)
 
     def _try_names(self, i: int) -> bool:
-        """Two names that are equal or opposite, as they are written."""
+        """Two names that are equal or opposite, as they are written, or whose sum is 0."""
         e = self.equations[i]
-        sign = 1
+        written, sign = (e.left, e.right), 1
+        if e.right is self.table.zero and e.left.op is _ADD and len(e.left.args) == 2:
+            written, sign = e.left.args, -1
         sides = []
-        for side in (e.left, e.right):
+        for side in written:
             if side.op is _NEG:
                 side, sign = side.args[0], -sign
             if side.op is not _SYMBOL or side.data[1] or side.data[0] not in self.key:
@@ -253,7 +255,7 @@ class _Search:
 
     def _pair_sign(self, residual: Expr, a: Expr, b: Expr) -> int:
         """1 for a = b, -1 for a = -b, 0 when the equation says something else."""
-        if residual.op is not Op.ADD or len(residual.args) != 2:
+        if residual.op is not _ADD or len(residual.args) != 2:
             return 0
         factors = {}
         for term in residual.args:
@@ -285,16 +287,16 @@ class _Search:
                     mapping[e] = found
         return Substitution(self.table, mapping)
 
-    def aliases(self) -> tuple[Alias, ...]:
+    def aliases(self, rewrite: Substitution) -> tuple[Alias, ...]:
         found = []
         for name in self.names:
             if self.forest.is_root(name):
                 continue
-            target = self.forest.resolve(self.table.symbol(name))
+            target = rewrite(self.table.symbol(name))
             sign = 1
             if (
-                target.op is Op.NEG
-                and target.args[0].op is Op.SYMBOL
+                target.op is _NEG
+                and target.args[0].op is _SYMBOL
                 and (target.args[0].name in self.key)
             ):
                 target, sign = target.args[0], -1
