@@ -24,9 +24,10 @@ from planarc.codegen.native.assembly import (
     Value,
     table,
 )
+from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.codegen.native.rolling import SHORTEST_SELDOM
-from planarc.codegen.native.spelled import Home, Speller, is_spelled
+from planarc.codegen.native.spelled import is_spelled
 from planarc.export.instance.settling import ACTED, discrete
 from planarc.export.plan import Own
 from planarc.ir.dae import (
@@ -110,23 +111,20 @@ def slot_of(program: Program, e: Expr) -> int:
     return slot
 
 
-def spell_values(
-    program: Program, formulas: Sequence[Expr], speller: Speller | None, c: Code, out: Value
+def carry_values(
+    program: Program, formulas: Sequence[Expr], carrier: Carrier | None, c: Code, out: Value
 ) -> bool:
     """Whether a function of an instance and a time, `c`, has the formulas carried out: their values
     stand in an array then."""
-    results = {program.table.symbol(f"$value({i})"): i for i in range(len(formulas))}
+    results = [program.table.symbol(f"$value({i})") for i in range(len(formulas))]
     lets = list(map(Let, results, formulas))
-    if speller is None or len(lets) < SHORTEST_SELDOM or not is_spelled(lets):
+    if carrier is None or len(lets) < SHORTEST_SELDOM or not is_spelled(lets):
         return False
-
-    def place(e: Expr) -> tuple[Home, int]:
-        i = results.get(e)
-        return (Home.WORKSPACE, slot_of(program, e)) if i is None else (Home.RESULTS, i)
-
     m, t = c.arguments[:2]
-    first, count = (c.constant(n, INT) for n in speller.spell(lets, place))
-    c.run("pc_carry_out", m, t, out, Value(c, POINTER, "null"), first, count)
+    told = carrier.values(lets, lambda e: slot_of(program, e))
+    c.run("pc_carry", m, t, *(c.constant(n, INT) for n in told))
+    memory = m.load(POINTER, Frame.W).at(carrier.memory)
+    c.run("px_copy", out, memory, c.constant(len(lets), INT))
     return True
 
 
@@ -136,6 +134,7 @@ def action_functions(program: Program) -> str:
         (
             "declare i64 @px_reinit(ptr, i64, double)",
             "declare void @px_impact(ptr, double)",
+            "declare void @px_copy(ptr, ptr, i64)",
             _branches(program),
             _assign(program),
             _act(program),

@@ -15,15 +15,13 @@ through a loader.
 
 from __future__ import annotations
 
-import math
-import struct
 import zlib
-from collections.abc import Sequence
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value, table
+from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.operations import operate_function
@@ -31,21 +29,20 @@ from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.rolling import operations
 from planarc.codegen.native.runtime import runtime_text
-from planarc.codegen.native.spelled import Speller
 from planarc.core.data import Data
 from planarc.export.actions import (
     action_functions,
+    carry_values,
     endings,
     errors,
     ordered_discretes,
     reader,
-    spell_values,
 )
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.block import BYTE, block_functions, load_narrow
+from planarc.export.instance.block import block_functions
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
 from planarc.export.instance.ends import end_functions
@@ -65,25 +62,30 @@ from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import (
     Jam,
     Own,
-    Phase,
-    Plan,
-    Stale,
+    distances,
     is_eventful,
     make_plan,
     rules,
-    starts_anew,
 )
 from planarc.export.pruned import calls_in, prune
+from planarc.export.tables import (
+    home_words,
+    image_words,
+    lead,
+    message_in_text,
+    messages_by_number,
+    plan_table,
+    tables_of,
+    take_tables,
+    text_words,
+)
 from planarc.export.text import text_constant
 from planarc.export.touches import touch_functions
 from planarc.export.tunable import tunable_parameters
-from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.derivatives import Head, Scope
-from planarc.ir.flat import StateSelect
-from planarc.ir.frame import Frame, angles_of_loops, place
+from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 from planarc.solve.contact.touches import Points
-from planarc.solve.events.crossings import AHEAD, unknowns
 from planarc.solve.start.sharing import FITS
 
 if TYPE_CHECKING:
@@ -128,7 +130,7 @@ define void @px_unstruck(ptr %m) nounwind {
 _MODEL = """
 declare i32 @pc_parameters(ptr, double)
 declare i32 @px_asserts(ptr, double)
-declare ptr @px_message(i32)
+declare ptr @px_message(ptr, i32)
 declare ptr @px_subject(i64)
 declare void @px_values(ptr, i64)
 declare ptr @calloc(i64, i64)
@@ -180,14 +182,15 @@ def write(
     while something is dragged. `spelled`: large models carry out what runs seldom (`spelled`);
     `apart`: many numbers may stand in a file."""
     rows = Rows(Own.ROWS)
-    speller, of_values = None, _NO_SLOPES
+    carrier, of_values = None, _NO_SLOPES
     if slopes is not None:
         if spelled and sum(map(operations, slopes.named(program.table)[0])) >= _LARGE:
-            speller = Speller(rows, math.inf if apart else Speller(rows).most)
-        of_values = slopes_ir(program, slopes, Scope.ALL, rows, speller)
+            carrier = Carrier(rows, Own.OPERATIONS, *distances(program, image.lags))
+        of_values = slopes_ir(program, slopes, Scope.ALL, rows, carrier)
     own, stored = _own(program, image, entries, token, tolerance, slopes, rows, derivatives,
-                       speller, apart)  # fmt: skip
+                       carrier, apart)  # fmt: skip
     shared = _shared(program, entries, derivatives, bool(stored))
+    shared = lead(shared) if stored else shared
     shared = prune(shared, {*entries.names, *calls_in(own)})
     return Written((shared, _solver(program), own, of_values), stored)
 
@@ -226,12 +229,17 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
-    slopes: Slopes | None, rows: Rows, small: bool, speller: Speller | None, apart: bool,
+    slopes: Slopes | None, rows: Rows, small: bool, carrier: Carrier | None,
+    apart: bool,
 ) -> tuple[str, bytes]:  # fmt: skip
     """The model's functions, its tables and its messages; what stands in the file of numbers."""
     # Whatever is spelled is so before the function that carries it out is written, by `ir`.
-    judged, felt = _asserts(program, speller), touch_functions(program, speller)
-    functions = ir(program, small, rows if small else None, speller)
+    judged, felt = _asserts(program, carrier), touch_functions(program, carrier)
+    functions = "\n".join(
+        (ir(program, small, rows if small else None, carrier),
+         *tables_of(program, image), action_functions(program), felt)
+    )  # fmt: skip
+    constants = [] if carrier is None else carrier.constants
     tape = _NOTHING if slopes is None else slopes.tape()
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     settable = rules(program, image.held, tunable_parameters(program))
@@ -240,126 +248,51 @@ def _own(
     lags = image.lags
     planned = partial(make_plan, program, image.held, len(image.scales), tape, len(rows.numbers),
                       kept_words(touches), sizes(touches, program.state_count),
-                      most_values(program), lags)  # fmt: skip
-    plan, packed = planned(), pack(unpacked)
-    seal = int.from_bytes(sha256(token.encode()).digest()[:7])
-    words = _image(program, image, plan, tolerance)
-    stored = stored_bytes([seal, *words, *packed]) if apart else b""
-    if len(zlib.compress(stored)) > _MANY:
-        plan, numbers = planned(len(packed)), ""
-    else:
-        stored, numbers = b"", table("px_image", words) + table("px_packed", packed)
-    name = program.name.encode("ascii", "replace").decode()
+                      most_values(program), lags, 0 if carrier is None else carrier.room,
+                      len(constants), 0 if carrier is None else carrier.words)  # fmt: skip
     ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
+    seal = int.from_bytes(sha256(token.encode()).digest()[:7])
+    told, stored, plan = messages_by_number(ends, apart), b"", planned()
+    words, packed = image_words(program, image, plan, tolerance, constants), pack(unpacked)
+    if apart and len(zlib.compress(stored_bytes([*words, *packed]))) > _MANY:
+        functions, led = take_tables(functions)
+        unpacked += [n for numbers in led.values() for n in numbers]
+        packed, letters = pack(unpacked), text_words(ends)
+        homes = home_words(planned(tables=led, packed=len(packed)))
+        plan = planned(tables=led, packed=len(packed), letters=len(letters) + len(homes))
+        words = image_words(program, image, plan, tolerance, constants)
+        stored = stored_bytes([seal, *words, *packed, *letters, *home_words(plan)])
+        numbers, told = "", message_in_text()
+    else:
+        numbers = table("px_image", words) + table("px_packed", packed)
+    name = program.name.encode("ascii", "replace").decode()
     texts = [("token", token), ("name", name)]
-    told = "\n".join(
+    own = "\n".join(
         (
             functions,
             *(text_constant(f"px_{key}", text) for key, text in texts),
-            _tables(program, image, plan, len(unpacked), slopes is not None, len(stored) // 8),
+            plan_table(program, image, plan, len(unpacked), slopes is not None, len(stored) // 8),
             numbers,
             table("px_seal", [seal]),
-            action_functions(program),
-            felt,
             delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),
             judged,
-            _messages(ends, apart),
+            told,
             values,
             subjects(program, entries.as_shown),
         )
     )
-    return told, stored
+    return lead(own) if stored else own, stored
 
 
-def _tables(
-    program: Program, image: Image, made: Plan, unpacked: int, slopes: bool, stored: int
-) -> str:
-    from planarc.solve.states.selector import leaders_of, open_blocks
-
-    placed, points = place(program), Points(program)
-    records = [1 + sum(map(len, placed.records[:k])) for k in range(len(placed.records))]
-    opened = open_blocks(program)
-    tears = [
-        program.candidates[program.blocks[i].first + j]
-        for i in opened
-        for j in range(len(program.blocks[i].tears))
-    ]
-    followers = leaders_of(program)
-    follow = [len(followers)]
-    for i, (leader, places) in sorted(followers.items(), key=lambda pair: pair[1][0]):
-        row = [places.get(j, 0) for j in range(len(program.blocks[i].tears))]
-        follow += [records[i], records[leader], *row]
-    nominals = [(c.slot, c.nominal) for c in program.candidates if c.nominal is not None]
-    angles = angles_of_loops(program)
-    rows = image.system[2] + image.system[3] + image.system[4]
-    homes = [n for pair in made.homes for n in pair]
-    w = dict(made.homes)[Frame.W]
-    reserved = (program.slots.get(name, -1) for name in (INITIAL, TERMINAL, START_TIME))
-    numbers = (made.words, program.state_count, program.size, len(opened), len(made.given),
-               len(made.given), image.system[1], rows, len(nominals), w - Own.PHASE,
-               Own.MARGIN - w, made.room, len(program.relations),
-               len(program.relations) - len(image.timed), len(program.discretes),
-               len(program.samplers), len(unknowns(program)), *reserved,
-               sum(not b.linear for b in program.blocks), len(points.all),
-               len(endings(program)) + 1, unpacked, slopes, stored)  # fmt: skip
-    relations = [
-        n
-        for i, r in enumerate(program.relations)
-        for n in (
-            r.slot,
-            int(r.strict),
-            int(r.time_only),
-            int(i in image.timed),
-            int(r.component in points.components),
-        )
-    ]
-    return "".join(
-        (
-            table("px_plan", (*map(int, numbers), len(made.homes), *homes)),
-            table("px_open", (records[i] for i in opened)),
-            table("px_stay", (int(c.select is StateSelect.ALWAYS) for c in tears)),
-            table("px_follow", follow),
-            table("px_angles", (len(angles), *(n for pair in angles for n in pair))),
-            table("px_nominals", (n for pair in nominals for n in pair)),
-            table("px_system", image.system),
-            table("px_wanted", (start for _, start in made.given)),
-            table("px_starts", (start for _, start in made.given)),
-            table("px_relations", relations),
-        )
-    )
-
-
-def _image(program: Program, image: Image, made: Plan, tolerance: float) -> list[int]:
-    """The words behind the pointers."""
-    words = [0] * made.image
-    words[Own.PHASE] = Phase.INSTANTIATED
-    words[Own.STALE] = Stale.START if starts_anew(program) else Stale.ALL
-    words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))
-    words[Own.TOLERANCE], words[Own.BOUND] = _bits(tolerance), _bits(image.bound)
-    words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(float(image.stiff))
-    homes = dict(made.homes)
-    arrays = {Own.Y: image.states, Own.SCALES: image.scales, Frame.W: image.w,
-              Frame.NUMBERS: image.numbers, Frame.ACCEPTED: image.accepted}  # fmt: skip
-    for which, array in arrays.items():
-        for i, value in enumerate(array):
-            words[homes[which] + i] = int(value) if which is Frame.NUMBERS else _bits(float(value))
-    return words[Own.PHASE :]
-
-
-def _bits(value: float) -> int:
-    found: int = struct.unpack("<q", struct.pack("<d", value))[0]
-    return found
-
-
-def _asserts(program: Program, speller: Speller | None) -> str:
+def _asserts(program: Program, carrier: Carrier | None) -> str:
     """Which assertion fails first, counted from 1, or which condition that was left out."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
     conditions = [a.condition for a in errors(program)]
     truths = Value(c, POINTER, "%truths")
-    if spell_values(program, conditions, speller, c, truths):
+    if carry_values(program, conditions, carrier, c, truths):
         c.place(REAL, len(conditions), truths.text)
         with c.loop(len(conditions)) as i, c.when(~bit(c, truths.load(REAL, i)), leaves=True):
             c.give(c.flag(i + 1))
@@ -375,26 +308,3 @@ def _asserts(program: Program, speller: Speller | None) -> str:
             c.give(k)
     c.give(0)
     return c.text(SELDOM)
-
-
-def _messages(texts: Sequence[str], together: bool) -> str:
-    """The messages of assertions and the like, by their numbers from 1; `together`: one behind the
-    other, which takes less code and is less easy to read."""
-    c = Code("px_message", POINTER, ((FLAG, "number"),))
-    number = c.arguments[0]
-    if together:
-        whole = "\0".join(texts)
-        constants = [text_constant("px_messages", whole)]
-        left, first = c.variable(number, FLAG), Value(c, POINTER, "@px_messages")
-        with c.loop(len(whole.encode())) as i:
-            with c.when(left.get().equals(1), leaves=True):
-                c.give(c.emit(POINTER, f"getelementptr i8, ptr {first.text}, i64 {i.text}"))
-            with c.when(load_narrow(c, BYTE, first, i).equals(0)):
-                left.set(left.get() - 1)
-    else:
-        constants = [text_constant(f"px_message_{i}", text) for i, text in enumerate(texts, 1)]
-        for k in range(1, len(texts) + 1):
-            with c.when(number.equals(k), leaves=True):
-                c.give(Value(c, POINTER, f"@px_message_{k}"))
-    c.give(Value(c, POINTER, "null"))
-    return "\n".join((*constants, c.text(SELDOM)))

@@ -9,6 +9,8 @@ behind the pointers (from `Own.PHASE` on) is the whole state of an instance: to 
 copy it.
 
 `Table` are the numbers of a model that its functions read, a constant `px_plan` in the code.
+
+The file is long because it names each word of the memory.
 """
 
 from __future__ import annotations
@@ -45,7 +47,16 @@ class Own(IntEnum):
     NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
     RULES = auto()  # what may be set in each slot (`rules`)
     DISCRETES = auto()  # slots of each discrete variable
+    CONSTANTS = auto()  # numbers of statements that are carried out, the first one last
+    OPERATIONS = auto()  # those of statements that are carried out: no state
     ROWS = auto()  # places that loops over equal statements read and set
+    BLOCKS = auto()  # tables that the file of the model's numbers holds, where it has one
+    OF_RELATIONS = auto()
+    OF_TOUCHES = auto()
+    SYSTEM = auto()
+    NOMINALS = auto()
+    QUIET = auto()
+    MESSAGES = auto()  # its texts
     STORED = auto()  # what the file of the model's numbers holds, where it has one
     PACKED = auto()  # its part to unpack
     TEXT = auto()  # a message with its values, which stand behind it: no state
@@ -265,13 +276,20 @@ def make_plan(
     area: Mapping[int, int],
     values: int,
     lags: Lags | None = None,
+    memory: int = 0,
+    constants: int = 0,
+    operations: int = 0,
+    tables: Mapping[int, Sequence[int]] | None = None,
     packed: int = 0,
+    letters: int = 0,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
     that of the derivatives; `rows`: numbers that loops share; `kept`: words that are remembered of
     touches; `area`: sizes of what is no state of them; `values`: most values of a message; `lags`:
-    those of the past of delayed signals; `packed`: words of the file of numbers besides the image,
-    where there is one."""
+    those of the past of delayed signals; `memory`: numbers of that of statements, before the
+    workspace so many `constants`, and words of their `operations`; where there is a file of
+    numbers, `tables` that it holds by the words that point to them, `packed` words besides the
+    image, and those of its `letters`."""
     placed, n = place(program), program.state_count
     switching = len(program.relations) + len(program.discretes)
     sizes = {
@@ -287,6 +305,7 @@ def make_plan(
         Own.BRANCHES: len(program.whens),
         Own.SAMPLES: len(Sample) * len(program.samplers),
         Own.TOUCHES: kept,
+        Own.CONSTANTS: constants,
         Frame.W: program.size,
         Frame.NUMBERS: placed.numbers,
         Frame.ACCEPTED: placed.accepted,
@@ -299,6 +318,7 @@ def make_plan(
     if lags is not None:
         starts = list(accumulate(lags.state.values(), initial=passing))
         past, passing = dict(zip(lags.state, starts, strict=False)), starts[-1]
+    words, passing = passing, passing + memory
     rooms = _passing(tape, n)
     begins = list(accumulate(rooms.values(), initial=passing + len(Passing)))
     homes += [(int(Own.PASSING), passing)]
@@ -316,16 +336,28 @@ def make_plan(
     unpacked = {Own.NODES: program.size, Own.RULES: program.size,
                 Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
                 passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
+    unpacked |= {word: len(numbers) for word, numbers in (tables or {}).items()}
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]
     room = begins[-1]
+    homes += [(int(Own.OPERATIONS), room)]
+    room += operations
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
     if packed:
         behind = room + 1 + image - Own.PHASE
         homes += [(int(Own.STORED), room), (int(Own.PACKED), behind)]
-        room = behind + packed
-    return Plan(passing, room, image, tuple(homes), given)
+        homes += [(int(Own.MESSAGES), behind + packed)]
+        room = behind + packed + letters
+    return Plan(words, room, image, tuple(homes), given)
+
+
+def distances(program: Program, lags: Lags | None) -> tuple[int, int]:
+    """How far behind the workspace the memory of statements begins, and the kernel's area."""
+    placed = place(program)
+    area = program.size + placed.numbers + placed.accepted
+    past = 0 if lags is None else sum(lags.state.values())
+    return area + placed.area + past, area
 
 
 def passes(program: Program) -> int:

@@ -8,10 +8,10 @@ and the table `px_touches`, rows as of `plan.Touch`.
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
+from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import formula, real
-from planarc.codegen.native.spelled import Speller
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.actions import reader, spell_values
+from planarc.export.actions import carry_values, reader
 from planarc.export.instance.contact.area import Reads
 from planarc.export.plan import Jam, Touch
 from planarc.ir.frame import Frame
@@ -20,8 +20,8 @@ from planarc.solve.contact import messages
 from planarc.solve.contact.touches import Points
 
 
-def touch_functions(program: Program, speller: Speller | None = None) -> str:
-    """The function, by a `speller` carried out, and the table."""
+def touch_functions(program: Program, carrier: Carrier | None = None) -> str:
+    """The function, by a `carrier` carried out, and the table."""
     points = Points(program)
     rows = [
         n
@@ -31,7 +31,7 @@ def touch_functions(program: Program, speller: Speller | None = None) -> str:
     c = Code("px_feel", "void", ((POINTER, "m"), (REAL, "t"), (POINTER, "out")))
     m, t, out = c.arguments
     read = [touch.read[which.name.lower()] for which in Reads for touch in points.all]
-    if not spell_values(program, read, speller, c, out):
+    if not carry_values(program, read, carrier, c, out):
         leaf = reader(program, m.load(POINTER, Frame.W), t)
         for i, e in enumerate(read):
             out.store(real(c, formula(c, e, leaf)), i)

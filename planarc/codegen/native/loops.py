@@ -28,11 +28,15 @@ MOST = 1 << 14
 
 class Loops:
     """The loops of one function, whose first argument is the frame, their memory and their
-    constants; `shared` are rows that have none here."""
+    constants; `shared` are rows that have none here, `memory` is one that has its size elsewhere.
+    """
 
-    def __init__(self, code: Code, name: str, shared: Rows | None = None) -> None:
+    def __init__(
+        self, code: Code, name: str, shared: Rows | None = None, memory: Value | None = None
+    ) -> None:
         self._code, self._name = code, name
-        self.memory = Value(code, POINTER, "%memory")
+        self.memory = memory or Value(code, POINTER, "%memory")
+        self._is_own = memory is None
         self.places: dict[Expr, int] = {}  # in the memory
         self._homes: dict[Expr, int] = {}  # the same, of sums only the first
         self.kept: dict[Expr, Expr] = {}  # sums that stand in the place of another one (`summing`)
@@ -61,9 +65,17 @@ class Loops:
 
     def free(self, count: int) -> Value:
         """Room for numbers that nothing reads any more when another one is held."""
-        first = len(self._homes)
-        self._most = max(self._most, first + count)
-        return self.memory.at(first)
+        self._most = max(self._most, self.first_free + count)
+        return self.memory.at(self.first_free)
+
+    @property
+    def first_free(self) -> int:
+        return len(self._homes)
+
+    @property
+    def room(self) -> int:
+        """Numbers of the memory in use at once."""
+        return max(self._most, len(self._homes))
 
     @contextmanager
     def run(self, times: int) -> Iterator[None]:
@@ -105,9 +117,8 @@ class Loops:
 
     def text(self) -> str:
         """The constants, where there are some; the function's memory has its size from here on."""
-        most = max(self._most, len(self._homes))
-        if most:
-            self._code.place(REAL, most, self.memory.text)
+        if self.room and self._is_own:
+            self._code.place(REAL, self.room, self.memory.text)
         own = {"rows": self._own, "numbers": self._numbers}
         return "".join(
             table(f"{self._name}_{kind}", rows.numbers)

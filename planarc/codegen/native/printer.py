@@ -35,13 +35,24 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from itertools import chain, compress, groupby, pairwise
 from typing import TYPE_CHECKING
 
+from planarc.codegen.certain import all_lets
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, table
+from planarc.codegen.native.carried import (
+    DECLARED,
+    LEAST,
+    MOST,
+    MOST_SELDOM,
+    Carrier,
+    do_not_wait,
+    step,
+    vectors,
+)
 from planarc.codegen.native.columns import group_columns
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.gauss import NOT_FINITE
@@ -54,13 +65,13 @@ from planarc.codegen.native.rolling import (
     Column,
     Roll,
     is_one,
-    repeats,
+    operations,
     roll,
     roll_gathered,
 )
 from planarc.codegen.native.shapes import Shapes, is_number
 from planarc.codegen.native.sparse import operate, rows_by_slot
-from planarc.codegen.native.spelled import DECLARED, Home, Speller, is_spelled
+from planarc.codegen.native.spelled import is_spelled
 from planarc.codegen.native.summing import Sums
 from planarc.codegen.native.turning import (
     NUMBERS,
@@ -69,7 +80,7 @@ from planarc.codegen.native.turning import (
     is_turn,
     turn,
 )
-from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.program import BlockCode, Direct, Let, Program, Solve, Statement
 
@@ -79,6 +90,10 @@ if TYPE_CHECKING:
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
+
+#: Statements that run often are rows where all of them have so many operations: code runs quicker.
+#: Those that run once a step are rows in smaller models, too.
+LARGE, MEDIUM = 4000, 2000
 
 _RUNTIME = """
 declare void @pc_start(ptr, double, ptr)
@@ -96,31 +111,36 @@ declare double @pc_external(i64, i64, i64, ptr)
 
 def ir(
     program: Program, small: bool = False, shared: Rows | None = None,
-    speller: Speller | None = None,
+    carrier: Carrier | None = None,
 ) -> str:  # fmt: skip
     """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
-    their rows, which have constants of their own without; `speller`: of what runs seldom, which is
-    code without."""
+    their rows, which have constants of their own without; `carrier`: of statements that are rows,
+    too, which are code without, and where they run often also in small models."""
     placement = place(program)
     shapes = Shapes()
     reads = cache(partial(reads_of, program, shapes))
     slot = _slots(program)
-    section = partial(_Section, program, placement, shapes, reads, slot, small=small, shared=shared,
-                      tabled=speller is not None)  # fmt: skip
-    seldom = partial(section, seldom=True, speller=speller)
+    section = partial(_Section, program, placement, shapes, reads, slot, small=small, shared=shared)
+    weight = 0 if carrier is None else _weight(program)
+    seldom = partial(section, seldom=True, carrier=carrier)
+    often, less = (
+        partial(section, carrier=carrier if weight >= least else None) for least in (LARGE, MEDIUM)
+    )
+    if carrier is not None:
+        carrier.hurries = weight >= MEDIUM
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
     functions = (
         seldom("pc_parameters").text(program.parameters),
-        section("pc_levels").levels(below, top),
-        section("pc_rest").text(program.rest),
+        often("pc_levels").levels(below, top),
+        less("pc_rest").text(program.rest),
         seldom("pc_initial", results=True).text(program.initial, program.initial_residuals),
-        section("pc_zeros", results=True).text(
+        less("pc_zeros", results=True).text(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
         section("pc_discrete", seldom=True).text(program.discrete),
-        "" if speller is None else speller.text(),
+        "" if carrier is None else carrier.text(),
     )
     head = declarations() + _RUNTIME
     return "\n".join((head, _records(placement), *functions))
@@ -128,7 +148,7 @@ def ir(
 
 def slopes_ir(
     program: Program, slopes: Slopes, scope: Scope, shared: Rows | None = None,
-    speller: Speller | None = None,
+    carrier: Carrier | None = None,
 ) -> str:  # fmt: skip
     """The module of a program's derivatives: `pc_slopes_*` as `pc_initial`, and `pc_tape_*`
     (`planarc.ir.derivatives`); small and without the tape where rows are `shared`."""
@@ -138,8 +158,9 @@ def slopes_ir(
     shapes = Shapes()
     reads = cache(partial(counted, [*(let.value for let in lets), *taken], shapes))
     section = _Section(program, place(program), shapes, reads, _slots(program),
-                       f"pc_slopes_{scope.value}", True, True, small, shared, speller)  # fmt: skip
-    told = declarations() + _RUNTIME + ("" if speller is None else DECLARED)
+                       f"pc_slopes_{scope.value}", True, True, small, shared,
+                       carrier=carrier)  # fmt: skip
+    told = declarations() + _RUNTIME + ("" if carrier is None else DECLARED)
     return "\n".join((told, tape, section.coefficients(lets, taken, results)))
 
 
@@ -148,23 +169,29 @@ def _slots(program: Program) -> Callable[[Expr], int | None]:
     return cache(lambda e: program.slots.get(text(e)))
 
 
+def _weight(program: Program) -> int:
+    """About the operations of what runs again and again."""
+    lets = (let for statements in program.levels for let in all_lets(program, statements))
+    return sum(map(operations, lets))
+
+
 def _records(placement: Placement) -> str:
     numbers = [len(placement.records), *(n for r in placement.records for n in r)]
     return table("pc_blocks", numbers)
 
 
 class _Section:
-    """A function of the module; `tabled`: the operations of eliminated blocks are rows, too."""
+    """A function of the module."""
 
     def __init__(
         self, program: Program, placement: Placement, shapes: Shapes,
         reads: Callable[[], Counter[Expr]], slot: Callable[[Expr], int | None], name: str,
         results: bool = False, seldom: bool = False, small: bool = False,
-        shared: Rows | None = None, speller: Speller | None = None, tabled: bool = False,
+        shared: Rows | None = None, carrier: Carrier | None = None,
     ) -> None:  # fmt: skip
-        self._tabled = tabled
+        self._carrier = carrier
         self._tables: list[str] = []
-        self._seldom, self._small, self._speller = seldom, small, speller
+        self._seldom, self._small = seldom, small
         self._program, self._shapes, self._reads = program, shapes, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
@@ -175,7 +202,8 @@ class _Section:
         self._w = self._frame.load(POINTER, Frame.W)
         self._area = self._frame.load(POINTER, Frame.AREA)
         self._values: dict[Expr, Value] = {}
-        self._loops = Loops(c, name, shared)
+        memory = None if carrier is None else self._w.at(carrier.memory)
+        self._loops = Loops(c, name, shared, memory)
         self._slot = slot
         self._next_break = LONGEST_BLOCK
         self._results: dict[Expr, int] = {}  # what is a result and nothing else
@@ -189,22 +217,26 @@ class _Section:
     ) -> str:
         """The coefficients of derivatives at the present point, as `results`: what statements set
         by this name, and trivial values. Where there are many of these, a loop gathers them."""
-        c, out = self._code, self._code.arguments[2]
-        self._results = results
+        c = self._code
+        if self._carrier is None:
+            self._results = results
         self._write(lets)
-        rest = [(i, e) for i, e in enumerate(taken) if e not in self._results]
+        self._collect([(i, e) for i, e in enumerate(taken) if e not in self._results])
+        c.give(0)
+        return self._text()
+
+    def _collect(self, listed: Sequence[tuple[int, Expr]]) -> None:
+        """Trivial values as results. Where there are many of these, a loop gathers them."""
         gathered = []
-        for i, e in rest:
-            place = self._source(e) if len(rest) >= SHORTEST_SELDOM else None
+        for i, e in listed:
+            place = self._source(e) if len(listed) >= SHORTEST_SELDOM else None
             if place is None:
-                out.store(real(c, self._value(e)), i)
+                self._out.store(real(self._code, self._value(e)), i)
                 self._break()
             else:
                 gathered.append((i, place))
         if gathered:
-            self._gather(gathered, out)
-        c.give(0)
-        return self._loops.text() + c.text()
+            self._gather(gathered, self._out)
 
     def _source(self, e: Expr) -> int | None:
         """Where a trivial value stands, times 4; 2 more in the memory of loops, 1 more for its
@@ -220,22 +252,27 @@ class _Section:
         return None if slot is None else 4 * slot + negative
 
     def _gather(self, told: Sequence[tuple[int, int]], out: Value) -> None:
-        """Results and the sources of their values, which tell how far behind the last one each
-        stands: such numbers pack well."""
+        """Results and the sources of their values: how far behind the last one each stands, and one
+        behind the other, by memories, their places: such numbers pack well."""
         c, loops = self._code, self._loops
         value, last = c.variable(0.0), c.variable(0, INT)
+        homes = (self._w, loops.memory)
+        at = [c.variable(0, INT) for _ in homes]
+        rows = [
+            loops.row([place >> 2 for _, place in told if (place & 2) // 2 == k])
+            for k in range(len(homes))
+        ]
         with loops.run(len(told)):
             where = last.get() + loops.word(
                 [b - a for a, b in pairwise((0, *(i for i, _ in told)))]
             )
             last.set(where)
-            place = loops.word([place for _, place in told])
-            index, held, negative = place / 4, place / 2 - place / 4 * 2, place - place / 2 * 2
-            with c.when(held.equals(0)):
-                value.set(self._w.load(REAL, index))
-            with c.when(held.equals(1)):
-                value.set(loops.memory.load(REAL, index))
-            with c.when(negative.equals(1)):
+            kind = loops.word([place & 3 for _, place in told])
+            for k, home in enumerate(homes):
+                with c.when((kind / 2).equals(k)):
+                    value.set(home.load(REAL, rows[k].load(INT, at[k].get())))
+                    at[k].set(at[k].get() + 1)
+            with c.when((kind - kind / 2 * 2).equals(1)):
                 value.set(-value.get())
             out.store(value.get(), where)
 
@@ -257,24 +294,52 @@ class _Section:
         """The function; it fails where a result that is `certain` is not a number."""
         c = self._code
         self._write(statements)
+        if self._carrier is not None:
+            self._collect([*enumerate(results)])
+            self._fail_where_unknown(certain)
+            c.give(0)
+            return self._text()
         for i, e in enumerate(results):
             c.arguments[2].store(real(c, self._leaf(e)), i)
         for e in compress(results, certain):
             with c.when(real(c, self._leaf(e)).is_nan(), leaves=True):
                 c.give(-1)
         c.give(0)
-        return "".join((self._loops.text(), *self._tables, c.text()))
+        return self._text()
+
+    def _fail_where_unknown(self, certain: Sequence[bool]) -> None:
+        """Leave where a result that is `certain` is not a number."""
+        c = self._code
+        if not any(certain):
+            return
+        with self._loops.run(len(certain)):
+            fails = self._out.load(REAL, self._loops.time).is_nan()
+            if not all(certain):
+                fails = fails & self._loops.word([int(x) for x in certain]).equals(1)
+            with c.when(fails, leaves=True):
+                c.give(-1)
+
+    def _text(self) -> str:
+        """The function and its constants, when all is written."""
+        if self._carrier is not None:
+            self._carrier.room = max(self._carrier.room, self._loops.room)
+        return "".join((self._loops.text(), *self._tables, self._code.text()))
 
     def _write(self, statements: Iterable[Statement], straight: bool = False) -> None:
         """`straight`: without loops."""
         listed = tuple(statements)
-        if self._is_spelled(listed):
-            return
         for turned, group in groupby(listed, self._is_turned):
             self._write_group(tuple(group), straight or turned)
 
     def _write_group(self, listed: Sequence[Statement], straight: bool) -> None:
-        for s in listed if straight else self._rolled(listed):
+        rolled = listed if straight else self._rolled(listed)
+        for carried, found in groupby(rolled, self._is_carried):
+            group = tuple(found)
+            if not (carried and self._carry(group)):
+                self._write_each(group)
+
+    def _write_each(self, listed: Sequence[Statement | Roll]) -> None:
+        for s in listed:
             if isinstance(s, Let):
                 self._let(s)
             elif isinstance(s, Roll):
@@ -299,33 +364,53 @@ class _Section:
         """Tells memories apart."""
         return 2 if e in self._results else int(self._slot(e) is not None)
 
-    def _is_spelled(self, listed: Sequence[Statement]) -> bool:
-        """Whether the statements became a row that is carried out."""
-        lets = [s for s in listed if isinstance(s, Let)]
-        if self._speller is None or not SHORTEST_SELDOM <= len(lets) == len(listed):
+    def _is_carried(self, s: Statement | Roll) -> bool:
+        """Whether it can be part of a row of operations on vectors."""
+        if self._carrier is None or not isinstance(s, Let | Roll):
             return False
-        loops, targets = self._loops, [let.target for let in lets]
-        if not is_spelled(lets) or not loops.has_room([tuple(targets)]):
+        lets, columns = ((s,), ((s.target,),)) if isinstance(s, Let) else (s.body, s.targets)
+        if not is_spelled(lets) or len(columns[0]) > (MOST_SELDOM if self._seldom else MOST):
             return False
-        if repeats(lets, self._memory, self._shapes) > self._speller.most:
+        if self._out is not self._area and any(c[0] in self._results for c in columns):
             return False
-        self._store({e: None for let in lets for e in postorder((let.value,)) if not e.args})
-        for e in targets:
-            self._values.pop(e, None)
-        loops.hold(e for e in targets if e not in self._results and self._slot(e) is None)
-        null = Value(self._code, POINTER, "null")
-        results = self._out if self._results else null
-        numbers = [self._code.constant(n, INT) for n in self._speller.spell(lets, self._home)]
-        self._code.run("pc_carry_out", self._frame, self._time, results,
-                       loops.memory if loops.places else null, *numbers)  # fmt: skip
+        return isinstance(s, Let) or do_not_wait(s, self._kept_at)
+
+    def _carry(self, listed: Sequence[Statement | Roll]) -> bool:
+        """Write what calls for a row, where that takes less than its code; whether it does."""
+        carrier, loops = self._carrier, self._loops
+        assert carrier is not None
+        parts = [part for s in listed for part in vectors(s)]
+        if sum(operations(let) for let, *_ in parts) < LEAST:
+            return False
+        if not loops.has_room([target for _, target, _ in parts]):
+            return False
+        for _, target, leaves in parts:
+            for column in leaves:
+                self._store(column)
+            for e in target:
+                self._values.pop(e, None)
+            if target[0] not in self._results and self._slot(target[0]) is None:
+                loops.hold(target)
+        steps = [step(*part, self._spot) for part in parts]
+        *told, count = carrier.carry(steps, carrier.memory + loops.first_free)
+        loops.free(count)
+        numbers = [self._code.constant(n, INT) for n in told]
+        self._code.run("pc_carry", self._frame, self._time, *numbers)
         return True
 
-    def _home(self, e: Expr) -> tuple[Home, int]:
-        """Where a value is that is not in a register."""
-        if e in self._results:
-            return Home.RESULTS, self._results[e]
+    def _kept_at(self, e: Expr) -> Hashable:
         slot = self._slot(e)
-        return (Home.MEMORY, self._loops.places[e]) if slot is None else (Home.WORKSPACE, slot)
+        return self._loops.kept.get(e, e) if slot is None else slot
+
+    def _spot(self, e: Expr) -> int:
+        """Where a value stands, reckoned from the workspace."""
+        assert self._carrier is not None
+        if e.is_const:
+            return self._carrier.constant(float(e.data))
+        if e in self._results:
+            return self._carrier.area + self._results[e]
+        slot = self._slot(e)
+        return self._carrier.memory + self._loops.places[e] if slot is None else slot
 
     # Values
 
@@ -471,7 +556,7 @@ class _Section:
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
         loops, told = self._loops, (*rows_by_slot(direct, self._program.slots),)
-        if self._tabled and loops.has_free(room(direct)):
+        if self._carrier is not None and loops.has_free(room(direct)):
             operations = loops.row((*operation_row(direct, self._program.slots),))
             self._code.run("pc_operate", self._w, operations, loops.free(room(direct)))
             rows = loops.row(told)
@@ -512,6 +597,13 @@ class _Section:
             assert slot is not None
             self._values[tear] = self._w.load(REAL, slot)
 
+    @contextmanager
+    def _in_code(self) -> Iterator[None]:
+        """What is written here is no row: it runs again and again."""
+        carrier, self._carrier = self._carrier, None
+        yield
+        self._carrier = carrier
+
     def _begin_turns(self, code: BlockCode) -> None:
         """Make room for the angles of a block, of which nothing is known yet."""
         for angle in angles(code):
@@ -536,10 +628,12 @@ class _Section:
         done = c.register()
         c.line(f"{done} = phi i1 [ false, %{before} ], [ {finished}, %{step} ]")
         self._read_tears(code)
-        self._write(code.body[: code.inner])
+        with self._in_code():
+            self._write(code.body[: code.inner])
         c.line(f"br i1 {done}, label %{behind}, label %{work}")
         c.begin(work)
-        self._work(block, code)
+        with self._in_code():
+            self._work(block, code)
         flag = c.call(FLAG, "pc_pair" if pair else "pc_step", self._frame, record)
         c.branch(flag < 0, failed, step)
         c.begin(step)
@@ -590,7 +684,8 @@ class _Section:
             due = [c.select(self._loops.time.equals(g), 1.0, 0.0) for g in range(count)]
             for seed, group in zip(code.tangent.seeds, groups.of, strict=True):
                 self._values[seed] = due[group]
-            self._write(code.tangent.body)
+            with self._in_code():
+                self._write(code.tangent.body)
             for i, (entry, columns) in enumerate(
                 zip(code.tangent.entries, groups.columns, strict=True)
             ):

@@ -230,15 +230,6 @@ def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int], shapes:
     return kinds, leaves
 
 
-def repeats(
-    lets: Sequence[Let], home: Callable[[Expr], int], shapes: Shapes | None = None
-) -> float:
-    """How often the operations stand there that differ."""
-    numbers, _ = _kinds(lets, home, shapes or Shapes())
-    differing = dict(zip(numbers, lets, strict=True)).values()
-    return sum(map(operations, lets)) / sum(map(operations, differing))
-
-
 def _rolled_in(
     statements: Sequence[Statement], known: _Kinds, order: Sequence[int], weights: Sequence[int]
 ) -> Sequence[Statement | Roll]:

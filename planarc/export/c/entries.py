@@ -49,5 +49,5 @@ def functions() -> Entries:
         c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
         c.give(found)
     with e.plain("model_message", "ptr m, i32 number", POINTER) as (c, (m, number)):
-        c.give(c.call(POINTER, "px_fill", m, c.call(POINTER, "px_message", number)))
+        c.give(c.call(POINTER, "px_fill", m, c.call(POINTER, "px_message", m, number)))
     return e

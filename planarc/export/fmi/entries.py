@@ -147,7 +147,7 @@ class Entries:
         with c.when(~flag.equals(0), leaves=True):
             starting = m.load(INT, Own.STALE).equals(Stale.START)
             with c.when(starting & flag.equals(ACTED), leaves=True):
-                text = c.call(POINTER, "px_message", c.flag(m.load(INT, Own.ENDED)))
+                text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
                 c.run("px_log", m, c.constant(ERROR, FLAG), text)
                 c.give(ERROR)
             with c.when(starting & flag.equals(DENSE), leaves=True):
@@ -169,7 +169,7 @@ class Entries:
         with c.when(found > 0, leaves=True):
             self.enter(c, m, Phase.FAILED)
             c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
-            c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", found))
+            c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", m, found))
             c.give(ERROR)
 
     def getter(self, name: str, kind: int, type: str, counted: bool) -> None:
@@ -388,7 +388,7 @@ class Entries:
     def judge(self, c: Code, m: Value, flag: Value) -> None:
         """What an event came to, told to the host where it ends the run."""
         with c.when(flag.equals(ACTED)):
-            text = c.call(POINTER, "px_message", c.flag(m.load(INT, Own.ENDED)))
+            text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
             over = m.load(INT, Own.OVER).equals(1)
             with c.when(over):
                 c.run("px_log", m, c.constant(OK, FLAG), text)

@@ -153,8 +153,7 @@ def _new(
     with c.when(is_null(c, block), leaves=True):
         c.give(block)
     homes = constant(c, "px_plan").at(Table.POINTERS)
-    with c.loop(homes.load(INT)) as i:
-        block.store(block.at(homes.load(INT, i * 2 + 2)), homes.load(INT, i * 2 + 1))
+    _point(c, block, homes.at(1), homes.load(INT))
     block.store(host, Own.HOST)
     block.store(logger, Own.LOGGER)
     block.store(logging, Own.LOGGING)
@@ -164,9 +163,18 @@ def _new(
             c.run("px_log", block, c.constant(3, FLAG), constant(c, "px_unread"))
             c.run("free", block)
             c.give(Value(c, POINTER, "null"))
+        end = block.load(POINTER, Own.STORED).at(plan(c, Table.STORED))
+        count = end.load(INT, -1)
+        _point(c, block, end.at(-1 - count * 2), count)
     c.run("px_reset", block)
     c.run("px_unpack", block)
     c.give(block)
+
+
+def _point(c: Code, block: Value, homes: Value, count: Value) -> None:
+    """Pointers of the block into itself."""
+    with c.loop(count) as i:
+        block.store(block.at(homes.load(INT, i * 2 + 1)), homes.load(INT, i * 2))
 
 
 @function("void px_reset(ptr m)")

@@ -10,7 +10,7 @@ import pytest
 import planarc
 from planarc.codegen.native import loops, machine, rolling
 from planarc.codegen.native.printer import ir
-from planarc.codegen.native.rolling import Roll, repeats, roll, roll_gathered
+from planarc.codegen.native.rolling import Roll, roll, roll_gathered
 from planarc.core.options import RunOptions
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.program import Let, Program, Solve
@@ -207,10 +207,3 @@ def test_equal_parts_are_compiled_once() -> None:
         return ir(program).count("\n")
 
     assert lines(400) == lines(800) < 1000
-
-
-def test_how_often_operations_repeat() -> None:
-    t = Exprs()
-    assert repeats(rods(t, 6), in_workspace) == 6
-    x = t.symbol("x")
-    assert repeats([Let(t.symbol("y"), t.mul(x, x)), Let(t.symbol("z"), x)], in_workspace) == 1

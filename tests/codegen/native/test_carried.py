@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
+from planarc.codegen.native.carried import Carrier, do_not_wait
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.packed import Rows
-from planarc.codegen.native.spelled import Home, Speller, is_spelled
+from planarc.codegen.native.rolling import Roll, roll_gathered
+from planarc.codegen.native.spelled import is_spelled
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.frame import Frame
 from planarc.ir.program import Let
@@ -26,7 +28,7 @@ from planarc.codegen.native.processor import target_machine
 from planarc.runtime.link.memory import place
 
 NAMES = ("time", "a", "b", "c", "$hidden")
-ROWS = len(Frame)
+ROWS, OPERATIONS = len(Frame), len(Frame) + 1
 SPECIAL = (0.0, -0.0, 1.5, -2.25, 1e300, np.inf, -np.inf, np.nan)
 
 
@@ -53,46 +55,49 @@ def formulas(t: Exprs) -> list[Expr]:
         less,
         t.true,
         *(t.call(name, *(a, b)[: row.arity]) for name, row in elementary.TABLE.items()),
+        *(t.sub(t.mul(t.const(k + 0.5), a), t.mul(b, c)) for k in range(20)),  # a loop
     ]
 
 
 def carried_out(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The values at each point, by their code and spelled; these by way of a memory."""
+    """The values at each point, by their code and carried out."""
     t = Exprs()
     values = formulas(t)
-    kept = [t.symbol(f"$m{i}") for i in range(len(values))]
-    shown = [t.symbol(f"r{i}") for i in range(len(values))]
-    homes = {t.symbol(name): (Home.WORKSPACE, i) for i, name in enumerate(NAMES)}
-    homes |= {e: (Home.MEMORY, i) for i, e in enumerate(kept)}
-    homes |= {e: (Home.RESULTS, i) for i, e in enumerate(shown)}
-    lets = [*map(Let, kept, values), *map(Let, shown, kept)]
+    homes = {t.symbol(name): i for i, name in enumerate(NAMES)}
+    lets = [Let(t.symbol(f"r{i}"), value) for i, value in enumerate(values)]
     assert is_spelled(lets)
-    rows = Rows(ROWS)
-    speller = Speller(rows)
-    first, count = speller.spell(lets, homes.__getitem__)
+    carrier = Carrier(Rows(ROWS), OPERATIONS, len(NAMES), 0)
+    first, count = carrier.values(lets, homes.__getitem__)
     c = Code("pc_straight", FLAG, ((POINTER, "frame"), (REAL, "t"), (POINTER, "results")))
     w = c.arguments[0].load(POINTER, Frame.W)
 
     def leaf(e: Expr) -> Value:
-        return c.arguments[1] if e is t.time else w.load(REAL, homes[e][1])
+        return c.arguments[1] if e is t.time else w.load(REAL, homes[e])
 
     for i, e in enumerate(values):
         c.arguments[2].store(real(c, formula(c, e, leaf)), i)
     c.give(0)
-    text = declarations() + c.text() + speller.text()
+    text = declarations() + c.text() + carrier.text()
     memory, addresses = place([emit_object(text, target_machine(1), ("pc_",))], {})
-    numbers, held = np.array(rows.numbers, dtype=np.int64), np.empty(len(values))
+    numbers = np.array(carrier.rows.numbers, dtype=np.int64)
+    operations = np.zeros(carrier.words, dtype=np.int64)
+    constants = carrier.constants[::-1]
     found = np.empty((2, len(points), len(values)))
     for k, point in enumerate(points):
-        frame = np.zeros(ROWS + 1, dtype=np.int64)
-        frame[Frame.W], frame[ROWS] = point.ctypes.data, numbers.ctypes.data
+        held = np.concatenate((constants, point, np.full(carrier.room, np.nan)))
+        w = held[len(constants) :]
+        frame = np.zeros(OPERATIONS + 1, dtype=np.int64)
+        frame[Frame.W], frame[ROWS] = w.ctypes.data, numbers.ctypes.data
+        frame[OPERATIONS] = operations.ctypes.data
+        operations[:] = 0  # they are told by addresses
         at = ctypes.c_void_p(frame.ctypes.data), ctypes.c_double(point[0])
-        results = [ctypes.c_void_p(row[k].ctypes.data) for row in found]
-        ctypes.CFUNCTYPE(None)(addresses["pc_straight"])(*at, results[0])
-        ctypes.CFUNCTYPE(None)(addresses["pc_carry_out"])(
-            *at, results[1], ctypes.c_void_p(held.ctypes.data), ctypes.c_int64(first),
-            ctypes.c_int64(count),
-        )  # fmt: skip
+        straight = ctypes.c_void_p(found[0, k].ctypes.data)
+        ctypes.CFUNCTYPE(None)(addresses["pc_straight"])(*at, straight)
+        for _ in range(2):  # once they are told, and again
+            w[len(NAMES) :] = np.nan
+            told = ctypes.c_int64(first), ctypes.c_int64(count)
+            ctypes.CFUNCTYPE(None)(addresses["pc_carry"])(*at, *told)
+            found[1, k] = w[len(NAMES) :][: len(values)]
     del memory  # not before
     return found[0], found[1]
 
@@ -123,12 +128,11 @@ def test_what_stands_in_a_formula_again_and_again_is_not_spelled() -> None:
     assert not is_spelled([Let(t.symbol("y"), e)])
 
 
-def test_equal_rows_stand_there_once() -> None:
+def test_loops_whose_times_wait_for_each_other_are_told() -> None:
     t = Exprs()
-    x, y = t.symbol("x"), t.symbol("y")
-    speller = Speller(Rows())
-    homes = {x: (Home.WORKSPACE, 3), y: (Home.RESULTS, 0)}
-    one, two = (
-        speller.spell([Let(y, t.mul(t.const(2.0), x))], homes.__getitem__) for _ in range(2)
-    )
-    assert one == two == (0, 4)
+    x, y = ([t.symbol(f"{name}{i}") for i in range(40)] for name in "xy")
+    waits = [Let(x[i + 1], t.mul(x[i], t.add(y[i], t.one))) for i in range(39)]
+    apart = [Let(x[i], t.mul(y[i], t.add(y[i], t.one))) for i in range(40)]
+    for lets, alone in ((waits, False), (apart, True)):
+        (run,) = roll_gathered(lets, lambda _: 0, lambda e: e)
+        assert isinstance(run, Roll) and do_not_wait(run, lambda e: e) is alone
