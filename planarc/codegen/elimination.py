@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector as Values
 
 #: Products per equation from which an elimination fills up and gains nothing.
-MOST_PRODUCTS = 40
+MOST_PRODUCTS = 15
 #: Least sizes of a pivot, relative to the other coefficients of its unknown, tried in turn, with
 #: the part of the samples at which it may be smaller. The last pivots of a long row of loops are
 #: products of all before them, and almost zero near one position or other.
