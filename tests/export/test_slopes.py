@@ -97,17 +97,15 @@ def test_they_are_those_of_planarc(four_bar: Model, tmp_path: Path, version: int
 def test_what_is_carried_out_is_what_is_compiled(
     four_bar: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """To the last bit, in fewer bytes."""
-    found, sizes = [], []
+    """To the last bit."""
+    found = []
     for folder, least in ((tmp_path / "spelled", 0), (tmp_path / "code", 1 << 30)):
         folder.mkdir()
         monkeypatch.setattr(module, "_LARGE", least)
         one = Exported(four_bar, folder, 3, OUTPUTS)
         unknowns = [*one.rates, *(one.of[name] for name in OUTPUTS)]
         found.append(one.jacobian(unknowns, [*one.states, one.of["revA.tau"]]))
-        sizes.append((folder / "a.fmu").stat().st_size)
     assert np.array_equal(*found) and np.isfinite(found[0]).all()
-    assert sizes[0] < sizes[1]
 
 
 def test_what_implicit_steps_ask_for_is_compiled(
