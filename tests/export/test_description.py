@@ -155,3 +155,25 @@ end M;
         simulate(path, "CoSimulation", 1.0, start_values={"T": interval},
                  logger=lambda *given: told.append(given[-1].decode()))  # fmt: skip
     assert told == ["a `sample` becomes true at more instants than a run can tell apart"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_is_protected_stays_inside(tmp_path: Path, version: int) -> None:
+    """But for what a host is to see as an output."""
+    text = """model M
+  parameter Real a=2;
+  Real x(start=1, fixed=true);
+protected
+  parameter Real b=3;
+  Real rate = a*b*x;
+  Real y(start=0, fixed=true);
+equation
+  der(x) = -rate;
+  der(y) = x;
+end M;
+"""
+    path = exported(tmp_path, text, version)
+    names = {v.name for v in fmpy.read_model_description(path).modelVariables}
+    assert {"a", "x", "y"} <= names and not {"b", "rate"} & names
+    planarc.load(text).export_fmu(path, fmi=version, outputs="rate")
+    assert "rate" in {v.name for v in fmpy.read_model_description(path).modelVariables}

@@ -109,8 +109,13 @@ def interface(
     `selection` are the states where they never change; `outputs` matches names of variables
     that a host is shown as outputs, besides the model's own; `stiff` is the choice of steps."""
     groups: dict[int, list[Column]] = {}
+    moving = {slot for c in program.candidates for slot in (c.slot, c.derivative)}
+    moving -= {c.slot for c in program.columns if not c.protected and c.sign > 0}
     for column in program.columns:
         kind = _KINDS.get(column.kind)
+        wanted = outputs is not None and outputs.search(column.name)
+        if column.protected and column.slot not in moving and not wanted:
+            continue  # a component's own
         if kind is not None and not column.name.startswith("$"):
             sign = int(column.sign < 0 and kind == NUMBER)
             groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
