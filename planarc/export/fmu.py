@@ -88,7 +88,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
                       wishes.stiff)  # fmt: skip
     causes = [v.causality for v in shown.variables]
-    if wishes.outputs is not None and "output" not in causes:
+    seen = [v.name for v in shown.variables if v.causality == "output"]
+    if wishes.outputs is not None and not any(map(wishes.outputs.search, seen)):
         raise no_match("variable that changes", wishes.outputs)
     slopes = derivatives(program, shown)
     version = three if wishes.version == 3 else two

@@ -126,7 +126,8 @@ def test_frames_whose_variables_are_shown_are_terminals(
         ({"platforms": 64}, "C202"),
         ({"outputs": ["hinge.psi"]}, "C201.*no output `hinge.psi`"),
         ({"outputs": "psi"}, "V505.*no variable that changes"),
-        ({"outputs": []}, "V505"),
+        ({"outputs": []}, "C202.*`outputs` names none"),
+        ({"parameters": []}, "C202.*`parameters` names none"),
         ({"outputs": "[.*"}, "C114"),
         ({"parameters": "^hinge.phi$"}, "V505.*no parameter that an FMU can set"),
         ({"inputs": ["hinge.psi"]}, "C201.*no variable `hinge.psi`"),
@@ -143,3 +144,9 @@ def test_what_cannot_be_done_is_told(
     with pytest.raises(planarc.UsageError, match=f"(?s){told}"):
         flywheel.export_fmu(**{"path": "a.fmu"} | wish)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_outputs_are_to_match_beside_the_models_own(tmp_path: Path) -> None:
+    model = planarc.load("model M output Real x(start=1, fixed=true); equation der(x) = -x; end M;")
+    with pytest.raises(planarc.UsageError, match=r"V505.*matches `psi`"):
+        model.export_fmu(tmp_path / "M.fmu", outputs="psi")

@@ -135,5 +135,8 @@ def _pattern(keyword: str, wanted: Any, known: Sequence[str]) -> re.Pattern[str]
             told = f"`{keyword}={wanted!r}` is no regular expression: {problem}"
             raise usage_error("C114", told) from None
     names = _several(keyword, wanted)
+    if not names:
+        hint = f"leave it out for the {keyword} that the model has"
+        raise usage_error("C202", f"`{keyword}` names none", hint=hint)
     refuse_unknown(keyword.removesuffix("s"), names, known)
-    return re.compile("|".join(f"^{re.escape(name)}$" for name in names) or r"(?!)")
+    return re.compile("|".join(f"^{re.escape(name)}$" for name in names))
