@@ -177,3 +177,17 @@ end M;
     assert {"a", "x", "y"} <= names and not {"b", "rate"} & names
     planarc.load(text).export_fmu(path, fmi=version, outputs="rate")
     assert "rate" in {v.name for v in fmpy.read_model_description(path).modelVariables}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_enumerations_tell_their_literals(tmp_path: Path, version: int) -> None:
+    text = """model M
+  type Way = enumeration(left, right);
+  parameter Way way=Way.right "Where it turns";
+  Real x = if way == Way.left then -time else time;
+end M;
+"""
+    known = fmpy.read_model_description(exported(tmp_path, text, version)).modelVariables
+    way = next(v for v in known if v.name == "way")
+    assert (way.start, way.min, way.max) == ("2", "1", "2")
+    assert way.description == "Where it turns (1 left, 2 right)"

@@ -19,6 +19,7 @@ from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.evaluate.record import ENTRIES, Tape
+from planarc.export.instance.ends import CROWDED
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
@@ -186,10 +187,30 @@ end Push;
 """
 
 
-def fields_of(page: str) -> dict[str, dict[str, Any]]:
+BALL = """
+model Ball "Comes to rest, though nothing says so"
+  Real h(start=1, fixed=true);
+  Real v(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h <= 0 then
+    reinit(v, -0.3*pre(v));
+  end when;
+  annotation(experiment(StopTime=0.5));
+end Ball;
+"""
+
+
+def data_of(page: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
     assert found is not None
-    groups = json.loads(found[1])["model"]["groups"]
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def fields_of(page: str) -> dict[str, dict[str, Any]]:
+    groups = data_of(page)["model"]["groups"]
     return {f["name"]: f for g in groups for f in g["fields"]}
 
 
@@ -219,6 +240,18 @@ def test_stiff_steps_follow_the_slow_part(tmp_path: Path, stiffness: float) -> N
     (found,) = np.array(told["columns"])
     wanted = np.cos(times) + 3 - 4 * np.exp(-stiffness * times)
     assert np.abs(found - wanted).max() < 1e-5
+
+
+@needs_node
+def test_events_without_end_are_told_as_such(tmp_path: Path) -> None:
+    """Bounces of a ball pile up where it comes to rest."""
+    model = planarc.load(BALL).compiled()
+    (told,) = of_node(
+        tmp_path, make_module(model).code, [0], ([], np.linspace(0.0, 3.0, 31).tolist())
+    )
+    assert told["failed"] == -CROWDED
+    page = planarc.load(BALL).export_page(tmp_path / "ball").read_text("utf-8")
+    assert "events follow each other without end" in data_of(page)["told"][str(-CROWDED)]
 
 
 def test_the_command_leaves_a_report_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

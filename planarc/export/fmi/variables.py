@@ -223,6 +223,7 @@ class _Shown:
         causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
         minimum = maximum = None
+        description = main.description
         if main.name in self._inputs:
             causality, initial = "input", None
         elif parameter is not None and is_settable(parameter):
@@ -230,6 +231,10 @@ class _Shown:
             if main.name in self._tunable:
                 variability = "tunable"
             minimum, maximum = parameter.minimum, parameter.maximum
+            if parameter.literals:
+                minimum, maximum = 1, len(parameter.literals)
+                told = ", ".join(f"{k} {name}" for k, name in enumerate(parameter.literals, 1))
+                description = f"{main.description} ({told})".strip()
         elif all(c.constant for c in columns):
             variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
@@ -246,7 +251,7 @@ class _Shown:
             start=None if initial == "calculated" else float(value),
             unit=main.unit if kind == NUMBER else "",
             display_unit=main.display_unit if kind == NUMBER else "",
-            description=main.description,
+            description=description,
             minimum=minimum,
             maximum=maximum,
             nominal=self._nominals.get(main.slot) or None,

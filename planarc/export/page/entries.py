@@ -11,8 +11,8 @@ JavaScript knows as its own numbers.
 
 A row is `width` numbers of the workspace, out[row*width + i] = w[slots[i]]. Fewer rows than were
 asked for: a run ended; `page_rows` leaves the reason in the word behind the last row that there is
-room for: 0, or the number of the message (`export.actions.messages`) that an assertion or an
-event ended it with.
+room for: the number of the message (`export.actions.messages`) that an assertion or an event ended
+it with, or what stood in the way, as a number below 0 (`instance.events`).
 
 Before and behind each event the page is called itself, by
 
@@ -86,6 +86,7 @@ def _rows(e: Entries) -> None:
             m.store(whole(c, 0), Own.EXACT)
             flag = c.call(FLAG, "px_advance", m, times.load(REAL, i))
             rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
+            reason.store(c.emit(INT, f"sext i32 {flag.negative().text} to i64"))
             with c.when(flag.equals(ACTED)):
                 reason.store(m.load(INT, Own.ENDED))
             with c.when(~flag.equals(0) | ~rest.equals(0), leaves=True):

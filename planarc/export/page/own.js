@@ -57,9 +57,9 @@ planarc.source = (() => {
     const now = run.time[row];
     const broken = run.begun ? null : shown.impossible.find(([, holds]) => !(holds?.[0] ?? holds));
     const failed = run.failed || (broken ? broken[0] + 1 : 0);
-    if (failed) return problem("", order, { ...teller.end(failed - 1, shown.ends, row, now), field: "" });
+    if (failed > 0) return problem("", order, { ...teller.end(failed - 1, shown.ends, row, now), field: "" });
     if (!run.begun) return problem(told.start, order);
-    return now < end ? problem(`the run ends at t = ${planarc.general(now)} s: ${told.step}`, order, { field: "" }) : null;
+    return now < end ? problem(`the run ends at t = ${planarc.general(now)} s: ${told[failed] ?? told.step}`, order, { field: "" }) : null;
   }
 
   function valuesOf({ values, starts }, more = {}) {

@@ -27,6 +27,8 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
+from planarc.export.instance.ends import CROWDED
+from planarc.export.instance.settling import ENDLESS
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.page.told import told_of
@@ -55,6 +57,8 @@ _SAID = {
     "the values of the file is too far",
     "step": "the equations have no solution there, or the motion is too quick for the page's "
     "method; `planarc simulate` may tell more",
+    str(-ENDLESS): "the events there do not come to rest",
+    str(-CROWDED): "events follow each other without end there: the model chatters",
     "refused": "this value follows from others",
 }
 

@@ -6,6 +6,8 @@
 // A model is {groups, choices, stop}; see `controls.py`. Values are kept by name while models
 // come and go: what a model does not have waits until one has it again.
 
+const LONGEST = 1000; // so many times as long as its experiment a run may be made: pages do not answer meanwhile
+
 const key = (field) => (field.start ? `${field.name}.start` : field.name);
 
 const text = (value) => String(Number(value.toPrecision(6)));
@@ -198,7 +200,7 @@ planarc.createFields = function (element, { changed, refused = () => {}, opened 
     const span = model.stop - model.start;
     const stop = {
       name: "$stop", label: "stop time", kind: "Real", value: model.stop, unit: "s", factor: 1, minimum: model.start,
-      maximum: null, low: model.start + 0.1 * span, high: model.start + 3 * span, literals: [], structural: false,
+      maximum: model.start + LONGEST * span, low: model.start + 0.1 * span, high: model.start + 3 * span, literals: [], structural: false,
       start: false, description: "Where the run ends",
     };
     boxes.push(fold("Run", "", [numberField(stop, "stop time")], false));
