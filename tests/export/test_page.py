@@ -28,6 +28,7 @@ from planarc.request.request import Request
 from planarc.stages import study
 from planarc.view.page.report import render_page
 from planarc.view.scene import make_scene
+from tests.export.test_events import BALL, TABLE
 from tests.export.test_wasm import of_node
 
 ROOT = Path(__file__).parents[2]
@@ -187,21 +188,6 @@ end Push;
 """
 
 
-BALL = """
-model Ball "Comes to rest, though nothing says so"
-  Real h(start=1, fixed=true);
-  Real v(start=0, fixed=true);
-equation
-  der(h) = v;
-  der(v) = -9.81;
-  when h <= 0 then
-    reinit(v, -0.3*pre(v));
-  end when;
-  annotation(experiment(StopTime=0.5));
-end Ball;
-"""
-
-
 def data_of(page: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
     assert found is not None
@@ -243,14 +229,24 @@ def test_stiff_steps_follow_the_slow_part(tmp_path: Path, stiffness: float) -> N
 
 
 @needs_node
+def test_a_table_whose_message_is_made_while_running_runs(tmp_path: Path) -> None:
+    """Such a page did not even load its module. The table's area is 1 + 1.5 + 2.5."""
+    model = planarc.load(TABLE).compiled()
+    x = next(c.slot for c in model.program.columns if c.name == "x")
+    (told,) = of_node(tmp_path, make_module(model).code, [x], ([], [0.0, 1.0, 2.0, 3.0]))
+    assert told["columns"] == [pytest.approx([0.0, 1.0, 2.5, 5.0], abs=1e-9)]
+
+
+@needs_node
 def test_events_without_end_are_told_as_such(tmp_path: Path) -> None:
     """Bounces of a ball pile up where it comes to rest."""
-    model = planarc.load(BALL).compiled()
+    text = BALL.replace("e=0.8", "e=0.3").replace("StopTime=2", "StopTime=0.5")
+    model = planarc.load(text).compiled()
     (told,) = of_node(
         tmp_path, make_module(model).code, [0], ([], np.linspace(0.0, 3.0, 31).tolist())
     )
     assert told["failed"] == -CROWDED
-    page = planarc.load(BALL).export_page(tmp_path / "ball").read_text("utf-8")
+    page = planarc.load(text).export_page(tmp_path / "ball").read_text("utf-8")
     assert "events follow each other without end" in data_of(page)["told"][str(-CROWDED)]
 
 

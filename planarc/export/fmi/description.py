@@ -17,7 +17,7 @@ from xml.etree import ElementTree as Xml
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.quantity import in_unit, scale
+from planarc.core.quantity import scale
 from planarc.core.unit import factors, parse
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.variables import Interface, Seen, shown_name
@@ -250,10 +250,8 @@ def _scaled(factor: float, offset: float) -> dict[str, str]:
 def _display(unit: str, display: str) -> tuple[float, float] | None:
     """What a number in the unit is multiplied by to be shown, and what is then added; None where
     nothing is."""
-    if not display or display == unit or factors(display) is None:
+    if not display or display == unit or parse(display) != parse(unit):
         return None
-    if "degC" not in (unit, display):
-        return in_unit("", f"1 {unit}", display) or 1.0, 0.0
     (factor, offset), (shown, zero) = scale(unit), scale(display)
     return factor / shown, (offset - zero) / shown
 

@@ -399,7 +399,6 @@ class Entries:
         for wrong, reason in (
             (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
             (ENDLESS, f"the events {_NOW} do not come to rest"),
-            (DENSE, DENSELY),
         ):
             with c.when(flag.equals(wrong), leaves=True):
                 self.enter(c, m, Phase.FAILED)

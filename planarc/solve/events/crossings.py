@@ -81,9 +81,11 @@ class Crossings:
     def leave(self, doubtful: Iterable[int]) -> None:
         """An event is over in which neither truth of these agreed: beyond zero they cross again,
         but further off."""
+        if not (doubtful := frozenset(doubtful)):  # as after nearly all events
+            return
         ways = zip(self.directions(), self.now, strict=True)
         past = [i for i, (d, g) in enumerate(ways) if d * g >= 0.0]
-        self.beyond = frozenset(doubtful).intersection(past) - self.touches
+        self.beyond = doubtful.intersection(past) - self.touches
         for i in self.beyond:
             self._bands[i] = FURTHER_OFF * max(abs(self.now[i]), NOISE * self.largest[i])
 

@@ -329,6 +329,50 @@ equation
     assert result["x"][-1] == pytest.approx(0.5, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("given", "told"), [("1", "at small"), ("x", "at large 4")], ids=["steady", "varying"]
+)
+def test_a_message_that_a_function_makes(
+    backend: str, stopped: Stopped, given: str, told: str
+) -> None:
+    """A text that does not change has one row, and ended in a fault of planarc's own."""
+    text = f"""model M
+  function named
+    input Real x;
+    output String s;
+  algorithm
+    s := if x > 3 then "large " + String(x, significantDigits=1) else "small";
+  end named;
+  Real x(start=0, fixed=true);
+equation
+  der(x) = 1;
+  assert(x < 4, "at " + named({given}));
+end M;"""
+    diagnostic, _ = stopped(text, backend, 6.0)
+    assert diagnostic.code == "R430" and diagnostic.message.endswith(told)
+
+
+@pytest.mark.parametrize("back", [1e-3, 0.1])
+def test_truths_that_contradict_each_other_end_the_run(
+    backend: str, stopped: Stopped, back: float
+) -> None:
+    """A run left them as they were until the end of its step, and went on without a word."""
+    diagnostic, result = stopped(
+        whole(
+            f"""
+  Real x(start=0, fixed=true), wanted;
+  Boolean slides(start=false, fixed=true) = wanted > 1;
+equation
+  wanted = 2*time - (if slides then {back} else 0);
+  der(x) = if slides then 1 else 0;"""
+        ),
+        backend,
+        1.0,
+    )
+    assert diagnostic.code == "R433" and "`slides`" in diagnostic.message
+    assert result.time[-1] == pytest.approx(0.5, abs=1e-4)
+
+
 def test_chattering_names_the_relation_and_gives_advice(backend: str, stopped: Stopped) -> None:
     """A push that turns at x + v = 0 against the motion holds the point on that line."""
     diagnostic, result = stopped(
