@@ -103,7 +103,7 @@ def test_what_is_not_finite_is_refused_or_leaves_no_trace(folder: Path) -> None:
     one = Instance(path, fmpy.extract(path))
     with pytest.raises(fmpy.fmi1.FMICallException):
         one.fmu.setFloat64([one.names["rockerBody.m"]], [math.nan])
-    assert math.isfinite(one.go(10))
+    assert all(map(math.isfinite, one.go(10)))
 
 
 @runs_here

@@ -139,6 +139,7 @@ class Instance:
             unzipDirectory=unpacked,
             modelIdentifier=description.coSimulation.modelIdentifier,
         )
+        self.names = {v.name: v.valueReference for v in description.modelVariables}
         self._outputs = [o.variable.valueReference for o in description.outputs]
         self.fmu.instantiate()
         self.fmu.enterInitializationMode()
