@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from planarc.core.blocks import sort_blocks
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import ticked
 from planarc.ir.dae import Dae, Equation, set_by_whens
 from planarc.ir.expr import Expr, Exprs, Substitution, symbols, text
 from planarc.ir.sorted import Assignment
-from planarc.structure.blocks import sort_blocks
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.matching import match_equations
 from planarc.structure.signs import Signs

@@ -18,9 +18,9 @@ Needs:     a complete matching.
 
 from __future__ import annotations
 
+from planarc.core.blocks import sort_blocks
 from planarc.ir.expr import Expr, Op
 from planarc.ir.sorted import Step
-from planarc.structure.blocks import sort_blocks
 from planarc.structure.matching import Matching
 from planarc.structure.steps import make_steps
 from planarc.structure.system import Scalar, System, Systems

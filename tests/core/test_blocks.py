@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from planarc.structure.blocks import sort_blocks
+from planarc.core.blocks import sort_blocks
 
 
 def test_the_example_of_the_docstring() -> None:
