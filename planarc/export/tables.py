@@ -11,7 +11,9 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Sequence
+from itertools import chain
 
+from planarc.codegen.certain import all_lets
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, SELDOM, Code, Value, table
 from planarc.export.actions import endings
 from planarc.export.image import Image
@@ -20,6 +22,7 @@ from planarc.export.plan import Own, Phase, Plan, Stale, starts_anew
 from planarc.export.pruned import FUNCTION, numbers_of
 from planarc.export.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
+from planarc.ir.expr import text
 from planarc.ir.flat import StateSelect
 from planarc.ir.frame import Frame, angles_of_loops, place
 from planarc.ir.program import Program
@@ -142,12 +145,25 @@ def image_words(
     words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(float(image.stiff))
     homes = dict(made.homes)
     arrays = {Own.CONSTANTS: constants[::-1], Own.Y: image.states, Own.SCALES: image.scales,
-              Frame.W: image.w, Frame.NUMBERS: image.numbers,
+              Frame.W: _given(program, image), Frame.NUMBERS: image.numbers,
               Frame.ACCEPTED: image.accepted}  # fmt: skip
     for which, array in arrays.items():
         for i, value in enumerate(array):
             words[homes[which] + i] = int(value) if which is Frame.NUMBERS else _bits(float(value))
     return words[Own.PHASE :]
+
+
+def _given(program: Program, image: Image) -> list[float]:
+    """The workspace without what is computed before anything reads it. Unknowns stay: what solves
+    for them begins there."""
+    w = [float(x) for x in image.w]
+    kept = {tear for block in program.blocks for tear in block.tears}
+    evaluated = chain(*program.levels, program.rest)
+    for let in all_lets(program, evaluated):
+        slot = program.slots.get(text(let.target))
+        if slot is not None and let.target not in kept:
+            w[slot] = 0.0
+    return w
 
 
 def _bits(value: float) -> int:

@@ -3,18 +3,32 @@
 In:   numbers
 Out:  words, each of eight bytes, the lowest first
 
-Each number is told by how much it is more than the one before it, seven bits a byte, the highest
+Each number is told by how much it is more than one before it, seven bits a byte, the highest
 first; a byte with its eighth bit set has another one behind it. The lowest bit of a step is set
-where it leads down:
+where it leads down. Each `CHUNK` of numbers begins with how far back that other one stands:
 
-    5 7 9 3 403   ->   steps 5 2 2 -6 400   ->   bytes 10 4 4 11 (134 32)
+    5 7 9 3 403   ->   1 back, steps 5 2 2 -6 400   ->   bytes 1 10 4 4 11 (134 32)
 
-so that tables that grow evenly are the same few bytes again and again, which archives pack well.
+so that tables that grow evenly, also those of groups that repeat themselves (17 numbers of one link
+of a chain, then those of the next), are the same few bytes again and again, which archives pack
+well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Numbers = NDArray[np.int64]
+
+#: Numbers that look equally far back.
+CHUNK = 64
+#: Farthest back, in one byte; it pays where so many more numbers of a chunk grow evenly.
+_FARTHEST, _PAYS = 127, 8
 
 
 class Rows:
@@ -36,13 +50,49 @@ class Rows:
 
 def pack(numbers: Iterable[int]) -> list[int]:
     """The numbers in the words of a constant."""
-    found, last = bytearray(), 0
-    for number in numbers:
-        step, last = number - last, number
-        found += _bytes(-2 * step - 1 if step < 0 else 2 * step)
+    import numpy as np
+
+    listed = np.fromiter(numbers, dtype=np.int64)
+    backs = _backs(listed)
+    back = np.repeat(backs, CHUNK)[: listed.size]
+    steps = listed - _before(listed, back)
+    turned = (steps << 1 ^ steps >> 63).view(np.uint64).tolist()
+    found = bytearray()
+    for i, chunk_back in enumerate(backs.tolist()):
+        found.append(chunk_back)
+        for number in turned[i * CHUNK : (i + 1) * CHUNK]:
+            found += _BYTES[number] if number < 128 else _bytes(number)
     found += bytes(-len(found) % 8)
-    parts = (found[i : i + 8] for i in range(0, len(found), 8))
-    return [int.from_bytes(part, "little", signed=True) for part in parts]
+    return [*map(int, np.frombuffer(bytes(found), dtype="<i8"))]
+
+
+def _backs(listed: Numbers) -> Numbers:
+    """For each chunk how far back most of its numbers find others that grow evenly."""
+    import numpy as np
+
+    begins = np.arange(0, listed.size, CHUNK)
+    if not begins.size:
+        return begins
+
+    def even(back: int) -> Any:
+        before = _before(listed, back)
+        return np.add.reduceat((listed - before == before - _before(before, back)) * 1, begins)
+
+    found = np.array([even(back) for back in range(1, _FARTHEST + 1)])
+    best = found.argmax(axis=0)
+    pays = found[best, range(begins.size)] > found[0] + _PAYS
+    return np.where(pays, best + 1, 1)
+
+
+def _before(listed: Numbers, back: Numbers | int) -> Numbers:
+    """The numbers that stand so far back; 0 where there are none."""
+    import numpy as np
+
+    places = np.arange(listed.size) - back
+    return np.where(places < 0, 0, listed[np.maximum(places, 0)])
+
+
+_BYTES = [bytes((n,)) for n in range(128)]
 
 
 def _bytes(number: int) -> bytes:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
+from planarc.codegen.native.packed import CHUNK
 from planarc.export.plan import (
     FIRST_GIVEN,
     INPUT,
@@ -120,11 +121,11 @@ def _copy(c: Code, to: Value, source: Value, count: Value) -> None:
 
 @function("void px_unpack(ptr m)")
 def _unpack(c: Code, m: Value, apart: bool) -> None:
-    """Each is the one before it and a step, whose lowest bit is set where it leads down."""
+    """Each is one before it and a step, whose lowest bit is set where it leads down."""
     numbers, count = m.load(POINTER, Own.NODES), plan(c, Table.PACKED)
     packed = m.load(POINTER, Own.PACKED) if apart else constant(c, "px_packed")
-    at, number, step = (c.variable(0, INT) for _ in range(3))
-    with c.loop(count) as i:
+    at, back, step = (c.variable(0, INT) for _ in range(3))
+    with c.loop(count + (count + (CHUNK - 1)) / CHUNK) as i:
         step.set(whole(c, 0))
         again, behind = c.label(), c.label()
         c.enter(again)
@@ -138,10 +139,18 @@ def _unpack(c: Code, m: Value, apart: bool) -> None:
         step.set(step.get() * 128 + low)
         c.branch(ends, behind, again)
         c.begin(behind)
-        half = step.get() / 2
-        down = (step.get() - half * 2).equals(1)
-        number.set(number.get() + c.select(down, whole(c, -1) - half, half))
-        numbers.store(number.get(), i)
+        chunk = i / (CHUNK + 1)
+        begins = i.equals(chunk * (CHUNK + 1))
+        with c.when(begins):
+            back.set(step.get())
+        with c.when(~begins):
+            place = i - chunk - 1
+            half = c.emit(INT, f"lshr i64 {step.get().text}, 1")
+            down = whole(c, 0) - c.emit(INT, f"and i64 {step.get().text}, 1")
+            by = c.emit(INT, f"xor i64 {half.text}, {down.text}")
+            # Nothing stands there yet, where nothing stands before.
+            before = c.select(place < back.get(), place, place - back.get())
+            numbers.store(numbers.load(INT, before) + by, place)
     c.give()
 
 
