@@ -32,7 +32,7 @@ Promises:  operations and their order in each value are those of `formulas`: val
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum, auto
 from itertools import accumulate, chain
 from typing import TypeAlias
@@ -40,12 +40,13 @@ from typing import TypeAlias
 from planarc.codegen.native.assembly import INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import real
 from planarc.codegen.native.packed import Rows
+from planarc.codegen.native.parting import vectors
 from planarc.codegen.native.rolling import Column, Roll, roll_gathered
 from planarc.codegen.native.spelled import Kind, choose, compute, in_order, taken
 from planarc.core.data import Data
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
-from planarc.ir.program import Let, Statement
+from planarc.ir.program import Let
 
 #: Loops that run more often are code; where that runs seldom, those that run more often than this.
 MOST, MOST_SELDOM = 64, 1000
@@ -131,7 +132,7 @@ class Carrier:
             part
             for s in rolled
             for short in (s.statements if isinstance(s, Roll) and _is_long(s) else (s,))
-            for part in vectors(short)
+            for part in vectors(short, lambda e: e) or ()
         ]
         *told, room = self.carry(
             [step(let, target, leaves, spot) for let, target, leaves in parts],
@@ -283,15 +284,6 @@ _BOTH: dict[int, int] = {
 }
 
 
-def vectors(s: Statement | Roll) -> Iterator[tuple[Let, Column, tuple[Column, ...]]]:
-    """The statements, with what stands time by time in the place of each target and leaf."""
-    if isinstance(s, Roll):
-        yield from zip(s.body, s.targets, s.leaves, strict=True)
-    elif isinstance(s, Let):
-        leaves = (e for e in postorder((s.value,)) if not e.args and e.op is not Op.TIME)
-        yield s, (s.target,), tuple((e,) for e in leaves)
-
-
 def step(let: Let, target: Column, leaves: Sequence[Column], spot: Callable[[Expr], int]) -> Step:
     """A statement by the places of what it sets and reads."""
     found = {column[0]: tuple(map(spot, column)) for column in leaves}
@@ -300,23 +292,6 @@ def step(let: Let, target: Column, leaves: Sequence[Column], spot: Callable[[Exp
 
 def _is_long(run: Roll) -> bool:
     return len(run.targets[0]) > MOST_SELDOM
-
-
-def do_not_wait(run: Roll, place: Callable[[Expr], Hashable]) -> bool:
-    """Whether the statements of a loop may be done one by one, each for all times. `place` tells
-    where a value is kept."""
-    setters: dict[Hashable, tuple[int, int]] = {}  # time and statement
-    for i, column in enumerate(run.targets):
-        for t, e in enumerate(column):
-            if setters.setdefault(place(e), (t, i)) != (t, i):
-                return False
-    for i, columns in enumerate(run.leaves):
-        for column in columns:
-            for t, e in enumerate(column):
-                setter = setters.get(place(e), (t, i))
-                if (setter < (t, i)) is not (setter[1] < i):
-                    return False
-    return True
 
 
 def _carry(word: int, kinds: Sequence[int], hurries: bool) -> str:

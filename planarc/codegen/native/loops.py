@@ -103,6 +103,10 @@ class Loops:
         """Where whole numbers begin."""
         return self._begin.at(self._rows.place(tuple(words)))
 
+    def rows(self, rows: Sequence[Sequence[int]]) -> Value:
+        """Where the whole numbers begin that are due."""
+        return self._begin.at(self.word([self._rows.place(tuple(row)) for row in rows]))
+
     def number(self, values: Sequence[float]) -> Value:
         """The number that is due."""
         bits = tuple([struct.unpack("<q", struct.pack("<d", v))[0] for v in values])

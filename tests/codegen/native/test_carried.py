@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
-from planarc.codegen.native.carried import Carrier, do_not_wait
+from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import declarations, formula, real
 from planarc.codegen.native.packed import Rows
-from planarc.codegen.native.rolling import Roll, roll_gathered
 from planarc.codegen.native.spelled import is_spelled
 from planarc.ir.expr import Expr, Exprs
 from planarc.ir.frame import Frame
@@ -126,13 +125,3 @@ def test_what_stands_in_a_formula_again_and_again_is_not_spelled() -> None:
     for _ in range(30):
         e = t.div(e, t.add(e, t.one))
     assert not is_spelled([Let(t.symbol("y"), e)])
-
-
-def test_loops_whose_times_wait_for_each_other_are_told() -> None:
-    t = Exprs()
-    x, y = ([t.symbol(f"{name}{i}") for i in range(40)] for name in "xy")
-    waits = [Let(x[i + 1], t.mul(x[i], t.add(y[i], t.one))) for i in range(39)]
-    apart = [Let(x[i], t.mul(y[i], t.add(y[i], t.one))) for i in range(40)]
-    for lets, alone in ((waits, False), (apart, True)):
-        (run,) = roll_gathered(lets, lambda _: 0, lambda e: e)
-        assert isinstance(run, Roll) and do_not_wait(run, lambda e: e) is alone
