@@ -54,8 +54,8 @@ def pack(numbers: Iterable[int]) -> list[int]:
 
     listed = np.fromiter(numbers, dtype=np.int64)
     backs = _backs(listed)
-    back = np.repeat(backs, CHUNK)[: listed.size]
-    steps = listed - _before(listed, back)
+    places = np.arange(listed.size) - np.repeat(backs, CHUNK)[: listed.size]
+    steps = listed - np.where(places < 0, 0, listed[np.maximum(places, 0)])
     turned = (steps << 1 ^ steps >> 63).view(np.uint64).tolist()
     found = bytearray()
     for i, chunk_back in enumerate(backs.tolist()):
@@ -73,23 +73,17 @@ def _backs(listed: Numbers) -> Numbers:
     begins = np.arange(0, listed.size, CHUNK)
     if not begins.size:
         return begins
+    most = 2 * _FARTHEST
+    led = np.concatenate((np.zeros(most, np.int64), listed))
 
     def even(back: int) -> Any:
-        before = _before(listed, back)
-        return np.add.reduceat((listed - before == before - _before(before, back)) * 1, begins)
+        before, twice = (led[most - k * back : led.size - k * back] for k in (1, 2))
+        return np.add.reduceat(listed - before == before - twice, begins, dtype=np.int64)
 
     found = np.array([even(back) for back in range(1, _FARTHEST + 1)])
     best = found.argmax(axis=0)
     pays = found[best, range(begins.size)] > found[0] + _PAYS
     return np.where(pays, best + 1, 1)
-
-
-def _before(listed: Numbers, back: Numbers | int) -> Numbers:
-    """The numbers that stand so far back; 0 where there are none."""
-    import numpy as np
-
-    places = np.arange(listed.size) - back
-    return np.where(places < 0, 0, listed[np.maximum(places, 0)])
 
 
 _BYTES = [bytes((n,)) for n in range(128)]
