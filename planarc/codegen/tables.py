@@ -1,7 +1,7 @@
 """The tables of a program: what a slot means to a user and to the solver.
 
 In:   SortedDae and the sections written from it
-Out:  the columns of the result, parameters, candidates, discrete values, relations
+Out:  the columns of the result, their limits, parameters, candidates, discrete values, relations
 
 Result columns: all variables in the order of their declaration, then derivatives of
 candidates, discrete variables but texts, inputs, parameters and constants.
@@ -24,6 +24,7 @@ from planarc.ir.program import (
     DelayCode,
     DiscreteSlot,
     FixedSlot,
+    Limits,
     ParameterSlot,
     RelationSlot,
     WhenCode,
@@ -59,6 +60,14 @@ class Tables:
             if p.name != SHARING:
                 found[p.name] = self._column(p, self._layout[p.name], 1)
         return tuple(found.values())
+
+    def limits(self) -> tuple[Limits, ...]:
+        known, dae = self._sections.aliases, self._dae
+        return tuple(
+            Limits(v.name, *(None if e is None else known(e) for e in told))
+            for v in (*dae.variables, *dae.discretes, *dae.inputs)
+            if any(told := (v.minimum, v.maximum, v.nominal))
+        )
 
     def _home(self, name: str) -> tuple[int, int]:
         """Slot and sign of a variable."""

@@ -140,6 +140,15 @@ class ParameterSlot(Data):
     span: Span = NOWHERE
 
 
+class Limits(Data):
+    """What is declared of a variable's values, as expressions of parameters."""
+
+    name: str
+    minimum: Expr | None = None
+    maximum: Expr | None = None
+    nominal: Expr | None = None
+
+
 class CandidateSlot(Data):
     """A candidate for a state. `start` is the slot of its start value, which
     `parameters` computes."""
@@ -316,6 +325,7 @@ class Program(Data):
     outputs: tuple[str, ...] = ()
     delays: tuple[DelayCode, ...] = ()
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
+    limits: tuple[Limits, ...] = ()  # of variables that declare some
     span: Span = NOWHERE  # of the model
 
     @property

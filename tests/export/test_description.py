@@ -191,3 +191,91 @@ end M;
     way = next(v for v in known if v.name == "way")
     assert (way.start, way.min, way.max) == ("2", "1", "2")
     assert way.description == "Where it turns (1 left, 2 right)"
+
+
+LIMITED = """model M
+  type Gap = Real(unit="m", min=0, nominal=1e-3);
+  parameter Real L=2;
+  final parameter Real K=3;
+  constant Real C=4;
+  parameter Real p(min=0, max=10)=3;
+  parameter Real q(max=2)=2;
+  input Real u(min=-1, max=1, start=0.5, nominal=0.1);
+  output Real y = 2*known;
+  Gap x(start=1, fixed=true);
+  Real same(unit="m") = x;
+  Real turned(unit="m") = -x;
+  Real own(unit="m", min=-5, max=7) = x;
+  Real own_turned(unit="m", max=3) = -x;
+  Real known(min=-K, max=2*C) = sin(time);
+  Real open(min=-1, max=L, nominal=L) = cos(time);
+  Real overstepped(min=3, max=9) = time;
+  Real empty(min=3, max=2) = time + 2.5;
+  Integer n(min=-2, max=7);
+  discrete Real d(min=0, max=20, start=0, fixed=true);
+equation
+  der(x) = u*p*q;
+  n = if time > 0.5 then 1 else 2;
+  when sample(0, 0.1) then
+    d = pre(d) + 1;
+  end when;
+end M;
+"""
+
+
+def limits_of(path: Path) -> dict[str, tuple[str | None, ...]]:
+    """min, max and nominal of each name."""
+    found = {}
+    root = described(path)
+    for v in [*root.iter("Float64"), *root.iter("Int32")]:
+        for name in (v, *v.iter("Alias")):
+            found[name.get("name", "")] = tuple(map(v.get, ("min", "max", "nominal")))
+    for v in root.iter("ScalarVariable"):
+        for told in (*v.iter("Real"), *v.iter("Integer")):
+            found[v.get("name", "")] = tuple(map(told.get, ("min", "max", "nominal")))
+    return found
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_variables_tell_their_limits(tmp_path: Path, version: int) -> None:
+    wanted: dict[str, tuple[str | None, ...]] = {
+        "x": ("0.0", None, "0.001"),
+        "same": ("0.0", None, "0.001"),
+        "turned": ("-7.0", "0.0", "0.001"),
+        "own": ("-5.0", "7.0", "0.001"),
+        "own_turned": (None, "3.0", "0.001"),
+        "known": ("-3.0", "8.0", None),
+        "open": ("-1.0", None, "2.0"),  # a host may set L
+        "overstepped": (None, "9.0", None),
+        "empty": (None, None, None),
+        "u": ("-1.0", "1.0", "0.1"),
+        "n": ("-2", "7", None),
+        "d": ("0.0", "20.0", None),
+        "p": ("0.0", "10.0", None),
+        "der(x)": (None, None, None),
+    }
+    found = limits_of(exported(tmp_path, LIMITED, version))
+    assert {name: found[name] for name in wanted} == wanted
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_start_lies_between_the_limits(tmp_path: Path, version: int) -> None:
+    """What a model oversteps itself is no limit."""
+    text = """model M
+  parameter Real p(min=0)=-1;
+  input Real u(max=1, start=2);
+  Real x(min=1, max=3, start=0, fixed=true);
+equation
+  der(x) = u*p;
+end M;
+"""
+    found = limits_of(exported(tmp_path, text, version))
+    assert found["p"] == found["u"] == (None, None, None)
+    assert found["x"] == (None, "3.0", None)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_limit_counts_where_its_parameters_cannot_be_set(tmp_path: Path, version: int) -> None:
+    path = tmp_path / "a.fmu"
+    planarc.load(LIMITED).export_fmu(path, fmi=version, parameters="p")
+    assert limits_of(path)["open"] == ("-1.0", "2.0", "2.0")

@@ -48,6 +48,21 @@ def test_an_example_runs_to_its_end_is_drawn_and_obeys_its_law(name: str, backen
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_values_lie_between_the_limits_that_their_variables_declare(name: str) -> None:
+    result = example(name)
+    shown = {c.name for c in result.program.columns}
+    wrong = []
+    for told in (told for told in result.program.limits if told.name in shown):
+        values = result[told.name]
+        near = 1e-6 * np.abs(values).max()
+        if told.minimum is not None and told.minimum.is_const:
+            wrong += [told.name] * bool(values.min() < float(told.minimum.data) - near)
+        if told.maximum is not None and told.maximum.is_const:
+            wrong += [told.name] * bool(values.max() > float(told.maximum.data) + near)
+    assert not wrong
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_an_example_says_what_to_plot(name: str) -> None:
     text = (ROOT / (name.replace(".", "/") + ".pmo")).read_text(encoding="utf-8")
     assert "figures={" in text

@@ -25,6 +25,8 @@ from planarc.export.plan import is_eventful
 from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
+#: What aliases of FMI 2.0, which are variables, say as the variable does.
+_OF_ALIASES = ("unit", "min", "max", "nominal")
 _NAMES_3 = {NUMBER: "Float64", INTEGER: "Int32", TRUTH: "Boolean"}
 _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
@@ -165,7 +167,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
     if v.derivative is not None:
         typed["derivative"] = str(numbers[v.derivative])
     Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), _NAMES_2[v.kind], typed)
-    unit = {"unit": typed["unit"]} if "unit" in typed else {}
+    shared = {name: told for name, told in typed.items() if name in _OF_ALIASES}
     for column in v.aliases:
         other = replace(
             v,
@@ -175,7 +177,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
             initial="calculated",
         )
         element = Xml.SubElement(parent, "ScalarVariable", _head(other))
-        Xml.SubElement(element, _NAMES_2[v.kind], unit)
+        Xml.SubElement(element, _NAMES_2[v.kind], shared)
 
 
 def _head(v: Seen) -> dict[str, str]:

@@ -5,7 +5,7 @@ Out:  Seen    one for each value: names that share it are its aliases
 
 A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
 output have references of their own, since each may be one, and so have those of another unit
-(the angle and a force of the ground are both zero). Where the choice of
+(the angle and a force of the ground are both zero) or with limits of their own. Where the choice of
 states may change, the states are variables of their own: `_state[1]` is the first of them,
 whichever coordinate that is, and its derivative `der(_state[1])`.
 """
@@ -21,6 +21,7 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
+from planarc.export.fmi.limits import Declared, kept
 from planarc.export.instance.block import OTHER
 from planarc.export.plan import is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
@@ -198,12 +199,14 @@ class _Shown:
             own = {c.display for c in program.candidates}
         self._outputs, self._inputs = own, set(program.inputs)
         self._discrete = {d.slot for d in program.discretes}
+        self._declared = Declared(program, w)
 
     def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
         """The variables that a group of names makes."""
         first = self.group(reference, columns, state)
         apart = [c for c in first.aliases if first.causality == "output" or
-                 (first.kind == NUMBER and c.unit != first.unit)]  # fmt: skip
+                 (first.kind == NUMBER and c.unit != first.unit) or
+                 self._limited_otherwise(c, first)]  # fmt: skip
         found = [replace(first, aliases=tuple(c for c in first.aliases if c not in apart))]
         for k, column in enumerate(apart, 1):
             other = self.group(reference, [column], None)
@@ -211,6 +214,13 @@ class _Shown:
             found.append(replace(other, reference=reference + k * OTHER, initial=initial,
                                  start=None))  # fmt: skip
         return found
+
+    def _limited_otherwise(self, column: Column, first: Seen) -> bool:
+        """Whether a name has limits of its own that are not those of a variable."""
+        if not self._declared.declares(column):
+            return False
+        own = self._declared.limits(column, column.sign * float(self._w[column.slot]))
+        return own != (first.minimum, first.maximum)
 
     def group(self, reference: int, columns: list[Column], state: int | None) -> Seen:
         main = next((c for c in columns if c.name in self._outputs and not c.constant), columns[0])
@@ -222,7 +232,7 @@ class _Shown:
         steady = kind != NUMBER or main.slot in self._discrete
         causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
-        minimum = maximum = None
+        limits = self._declared.limits(main, float(value))
         description = main.description
         if main.name in self._inputs:
             causality, initial = "input", None
@@ -230,11 +240,12 @@ class _Shown:
             causality, variability, initial = "parameter", "fixed", "exact"
             if main.name in self._tunable:
                 variability = "tunable"
-            minimum, maximum = parameter.minimum, parameter.maximum
+            limits = parameter.minimum, parameter.maximum
             if parameter.literals:
-                minimum, maximum = 1, len(parameter.literals)
+                limits = 1, len(parameter.literals)
                 told = ", ".join(f"{k} {name}" for k, name in enumerate(parameter.literals, 1))
                 description = f"{main.description} ({told})".strip()
+            limits = kept(limits, float(value), kind != NUMBER)
         elif all(c.constant for c in columns):
             variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
@@ -252,9 +263,9 @@ class _Shown:
             unit=main.unit if kind == NUMBER else "",
             display_unit=main.display_unit if kind == NUMBER else "",
             description=description,
-            minimum=minimum,
-            maximum=maximum,
-            nominal=self._nominals.get(main.slot) or None,
+            minimum=limits[0],
+            maximum=limits[1],
+            nominal=self._nominals.get(main.slot) or self._declared.size((main, *columns)),
             derivative=state,
             aliases=tuple(c for c in columns if c is not main and _name(c.name) != main.name),
         )
