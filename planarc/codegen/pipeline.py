@@ -50,6 +50,7 @@ def generate(sorted: SortedDae) -> Program:
             whens=tables.whens(),
             delays=tables.delays(),
             limits=tables.limits(),
+            enumerations=tables.enumerations(),
             assertions=tuple(
                 rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions
             ),

@@ -23,6 +23,7 @@ from planarc.ir.program import (
     Column,
     DelayCode,
     DiscreteSlot,
+    Enumeration,
     FixedSlot,
     Limits,
     ParameterSlot,
@@ -68,6 +69,14 @@ class Tables:
             for v in (*dae.variables, *dae.discretes, *dae.inputs)
             if any(told := (v.minimum, v.maximum, v.nominal))
         )
+
+    def enumerations(self) -> tuple[Enumeration, ...]:
+        found: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+        declared: tuple[Variable | Parameter, ...] = (*self._dae.discretes, *self._dae.parameters)
+        for v in declared:
+            if v.kind is Kind.ENUMERATION:
+                found.setdefault((v.type_name, v.literals), []).append(v.name)
+        return tuple(Enumeration(*type_, tuple(names)) for type_, names in found.items())
 
     def _home(self, name: str) -> tuple[int, int]:
         """Slot and sign of a variable."""

@@ -71,13 +71,21 @@ def _page(compiled: Compiled, shown: Interface) -> str:
 def _table(title: str, variables: Iterable[Seen], head: str) -> str:
     rows = [
         f"<tr><td><code>{escape(v.name)}</code><td>{'' if v.start is None else f'{v.start:g}'}"
-        f"<td>{escape(v.unit)}<td>{escape(v.description)}"
+        f"<td>{escape(v.unit)}<td>{escape(_meaning(v))}"
         for v in variables
     ]
     if not rows:
         return ""
     top = "<tr><th>Name<th>" + head.capitalize() + "<th>Unit<th>Description"
     return f"<h2>{title}</h2><table>{top}{''.join(rows)}</table>"
+
+
+def _meaning(v: Seen) -> str:
+    """The description, with the names of a type's values."""
+    if v.type is None:
+        return v.description
+    told = ", ".join(f"{k} {name}" for k, name in enumerate(v.type.literals, 1))
+    return f"{v.description} ({told})".strip()
 
 
 def _picture(compiled: Compiled) -> str:

@@ -149,6 +149,14 @@ class Limits(Data):
     nominal: Expr | None = None
 
 
+class Enumeration(Data):
+    """A type whose values are numbers from 1, each with a name; `members` are columns of it."""
+
+    name: str
+    literals: tuple[str, ...]
+    members: tuple[str, ...]
+
+
 class CandidateSlot(Data):
     """A candidate for a state. `start` is the slot of its start value, which
     `parameters` computes."""
@@ -326,6 +334,7 @@ class Program(Data):
     delays: tuple[DelayCode, ...] = ()
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
     limits: tuple[Limits, ...] = ()  # of variables that declare some
+    enumerations: tuple[Enumeration, ...] = ()
     span: Span = NOWHERE  # of the model
 
     @property

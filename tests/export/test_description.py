@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 
 import planarc
 from planarc.core.diagnostic import PlanarcError
-from tests.export.fmus import EXAMPLES, runs_here, simulate
+from tests.export.fmus import EXAMPLES, WAYS, runs_here, simulate
 
 VERSIONS = (2, 3)
 
@@ -179,18 +179,48 @@ end M;
     assert "rate" in {v.name for v in fmpy.read_model_description(path).modelVariables}
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-def test_enumerations_tell_their_literals(tmp_path: Path, version: int) -> None:
-    text = """model M
-  type Way = enumeration(left, right);
+TURNING = """model M
+  type Way = enumeration(left, right, 'straight on');
   parameter Way way=Way.right "Where it turns";
-  Real x = if way == Way.left then -time else time;
+  parameter Real 'M.Way'=1;
+  discrete output Way now(start=Way.'straight on', fixed=true);
+  output Real x = if now == Way.left then -'M.Way' else 2*'M.Way';
+equation
+  when time > 0.5 then
+    now = way;
+  end when;
 end M;
 """
-    known = fmpy.read_model_description(exported(tmp_path, text, version)).modelVariables
-    way = next(v for v in known if v.name == "way")
-    assert (way.start, way.min, way.max) == ("2", "1", "2")
-    assert way.description == "Where it turns (1 left, 2 right)"
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_enumerations_have_types(tmp_path: Path, version: int) -> None:
+    known = fmpy.read_model_description(exported(tmp_path, TURNING, version)).modelVariables
+    told = {v.name: v for v in known}
+    way = told["way"]
+    assert (way.type, way.start, way.description) == ("Enumeration", "2", "Where it turns")
+    assert told["now"].type == "Enumeration" and told["now"].declaredType is way.declaredType
+    assert way.declaredType.name not in told  # as the standard wants it
+    items = [(item.name, item.value) for item in way.declaredType.items]
+    assert items == [("left", "1"), ("right", "2"), ("'straight on'", "3")]
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("version", VERSIONS)
+def test_enumerations_are_set_and_read(tmp_path: Path, version: int, way: str) -> None:
+    path = exported(tmp_path, TURNING, version)
+    for given, now, x in ((None, 2, 2.0), (1, 1, -1.0), ("3", 3, 2.0)):
+        found = simulate(path, way, 1.0, start_values={} if given is None else {"way": given})
+        assert (found["now"][0], found["x"][0]) == (3, 2.0)
+        assert (found["now"][-1], found["x"][-1]) == (now, x)
+        assert found["now"].dtype.kind == "i"
+
+
+def test_enumerations_are_explained_to_people(tmp_path: Path) -> None:
+    with ZipFile(exported(tmp_path, TURNING)) as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert "Where it turns (1 left, 2 right, 3 &#x27;straight on&#x27;)" in page
 
 
 LIMITED = """model M

@@ -26,7 +26,8 @@ from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 #: What aliases of FMI 2.0, which are variables, say as the variable does.
-_OF_ALIASES = ("unit", "min", "max", "nominal")
+_OF_ALIASES = ("unit", "declaredType", "min", "max", "nominal")
+_ENUMERATION = "Enumeration"
 _NAMES_3 = {NUMBER: "Float64", INTEGER: "Int32", TRUTH: "Boolean"}
 _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
@@ -81,6 +82,7 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
             for name in told.sources:
                 Xml.SubElement(files, "File", name=name)
     _units(root, shown)
+    _types(root, shown, three)
     categories = Xml.SubElement(root, "LogCategories")
     Xml.SubElement(categories, "Category", name="logStatusError")
     experiment = program.experiment
@@ -166,7 +168,8 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
     typed = _typed(v)
     if v.derivative is not None:
         typed["derivative"] = str(numbers[v.derivative])
-    Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), _NAMES_2[v.kind], typed)
+    kind = _ENUMERATION if v.type else _NAMES_2[v.kind]
+    Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), kind, typed)
     shared = {name: told for name, told in typed.items() if name in _OF_ALIASES}
     for column in v.aliases:
         other = replace(
@@ -177,7 +180,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
             initial="calculated",
         )
         element = Xml.SubElement(parent, "ScalarVariable", _head(other))
-        Xml.SubElement(element, _NAMES_2[v.kind], shared)
+        Xml.SubElement(element, kind, shared)
 
 
 def _head(v: Seen) -> dict[str, str]:
@@ -201,7 +204,7 @@ def _variable_three(parent: Xml.Element, v: Seen) -> None:
         given["intermediateUpdate"] = "true"
     if v.derivative is not None:
         given["derivative"] = str(v.derivative)
-    element = Xml.SubElement(parent, _NAMES_3[v.kind], given)
+    element = Xml.SubElement(parent, _ENUMERATION if v.type else _NAMES_3[v.kind], given)
     for column in v.aliases:
         alias = Xml.SubElement(element, "Alias", name=shown_name(column))
         if column.description:
@@ -209,8 +212,8 @@ def _variable_three(parent: Xml.Element, v: Seen) -> None:
 
 
 def _typed(v: Seen) -> dict[str, str]:
-    """Unit, limits and start value."""
-    given: dict[str, str] = {}
+    """Unit, type, limits and start value."""
+    given: dict[str, str] = {"declaredType": v.type.name} if v.type else {}
     if v.unit and factors(v.unit) is not None:
         given["unit"] = v.unit
         if _display(v.unit, v.display_unit) is not None:
@@ -241,6 +244,21 @@ def _units(root: Xml.Element, shown: Interface) -> None:
             if scaled is not None:
                 given = {"name": display, "factor": _number(scaled[0])} | _scaled(1.0, scaled[1])
                 Xml.SubElement(unit, "DisplayUnit", given)
+
+
+def _types(root: Xml.Element, shown: Interface, three: bool) -> None:
+    """The enumerations."""
+    types = {v.type.name: v.type for v in shown.variables if v.type}
+    if not types:
+        return
+    definitions = Xml.SubElement(root, "TypeDefinitions")
+    for type in types.values():
+        tag = "EnumerationType" if three else "SimpleType"
+        parent = Xml.SubElement(definitions, tag, name=type.name)
+        if not three:
+            parent = Xml.SubElement(parent, _ENUMERATION)
+        for k, name in enumerate(type.literals, 1):
+            Xml.SubElement(parent, "Item", name=name, value=str(k))
 
 
 def _scaled(factor: float, offset: float) -> dict[str, str]:

@@ -26,7 +26,7 @@ from planarc.export.instance.block import OTHER
 from planarc.export.plan import is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Kind
-from planarc.ir.program import Column, ParameterSlot, Program
+from planarc.ir.program import Column, Enumeration, ParameterSlot, Program
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
@@ -57,6 +57,7 @@ class Seen(Data):
     maximum: float | None = None
     nominal: float | None = None
     derivative: int | None = None
+    type: Enumeration | None = None
     aliases: tuple[Column, ...] = ()
 
 
@@ -180,6 +181,19 @@ def _never_exchanged(program: Program) -> bool:
     return not open_blocks(program) and homes
 
 
+def _types(program: Program) -> dict[str, Enumeration]:
+    """The types of variables, with names that nothing else has."""
+    taken = {_name(c.name) for c in program.columns}
+    found: dict[str, Enumeration] = {}
+    for type in program.enumerations:
+        name = type.name
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        found |= dict.fromkeys(type.members, replace(type, name=name))
+    return found
+
+
 class _Shown:
     """Variables by their groups of columns."""
 
@@ -200,6 +214,7 @@ class _Shown:
         self._outputs, self._inputs = own, set(program.inputs)
         self._discrete = {d.slot for d in program.discretes}
         self._declared = Declared(program, w)
+        self._types = _types(program)
 
     def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
         """The variables that a group of names makes."""
@@ -233,19 +248,13 @@ class _Shown:
         causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
         limits = self._declared.limits(main, float(value))
-        description = main.description
         if main.name in self._inputs:
             causality, initial = "input", None
         elif parameter is not None and is_settable(parameter):
             causality, variability, initial = "parameter", "fixed", "exact"
             if main.name in self._tunable:
                 variability = "tunable"
-            limits = parameter.minimum, parameter.maximum
-            if parameter.literals:
-                limits = 1, len(parameter.literals)
-                told = ", ".join(f"{k} {name}" for k, name in enumerate(parameter.literals, 1))
-                description = f"{main.description} ({told})".strip()
-            limits = kept(limits, float(value), kind != NUMBER)
+            limits = kept((parameter.minimum, parameter.maximum), float(value), kind != NUMBER)
         elif all(c.constant for c in columns):
             variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
@@ -262,11 +271,12 @@ class _Shown:
             start=None if initial == "calculated" else float(value),
             unit=main.unit if kind == NUMBER else "",
             display_unit=main.display_unit if kind == NUMBER else "",
-            description=description,
+            description=main.description,
             minimum=limits[0],
             maximum=limits[1],
             nominal=self._nominals.get(main.slot) or self._declared.size((main, *columns)),
             derivative=state,
+            type=self._types.get(main.name),
             aliases=tuple(c for c in columns if c is not main and _name(c.name) != main.name),
         )
 
