@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE
+from planarc.export.instance.block import OTHER
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -58,14 +59,23 @@ def _page(compiled: Compiled, shown: Interface) -> str:
         _picture(compiled),
         *(_table(title, (v for v in shown.variables if v.causality == cause), head)
           for title, cause, head in tables),
-        "<p>Start values that may be set: "
-        + (", ".join(f"<code>{escape(v.name)}</code>" for v in shown.variables
-                     if v.initial == "exact" and v.causality != "parameter") or "none") + ".</p>",
+        "<p>Start values that may be set, by any name of theirs: "
+        + (", ".join(f"<code>{escape(name)}</code>" for name in _starts(shown)) or "none")
+        + ".</p>",
         "<p>A loop of the mechanism is put together as it was at export, also where other "
         "parameters and start values are set before the end of the initialization.</p>",
     ]  # fmt: skip
     head = f'<meta charset="utf-8"><title>{escape(program.name)}</title><style>{_STYLE}</style>'
     return f"<!doctype html><html lang=en>{head}{''.join(parts)}</html>\n"
+
+
+def _starts(shown: Interface) -> Iterable[str]:
+    """A name of each value that has a start."""
+    found: dict[int, str] = {}
+    for v in shown.variables:
+        if v.initial == "exact" and v.causality != "parameter":
+            found.setdefault(v.reference % OTHER // 8, v.name)
+    return found.values()
 
 
 def _table(title: str, variables: Iterable[Seen], head: str) -> str:

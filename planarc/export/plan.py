@@ -33,7 +33,7 @@ class Own(IntEnum):
     Y = len(Frame)  # pointers to arrays
     RATES = auto()
     SCALES = auto()
-    GIVEN = auto()
+    GIVEN = auto()  # of each start the reference by which it was set, and 1; 0: it was not
     STARTS = auto()
     STAGES = auto()
     RELATIONS = auto()  # numbers of each relation (`Relation`)

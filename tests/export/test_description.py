@@ -179,6 +179,63 @@ end M;
     assert "rate" in {v.name for v in fmpy.read_model_description(path).modelVariables}
 
 
+SWING = """model Swing
+  import PlanarMultiBody.{World, Joints, Parts};
+  inner World world;
+  Joints.Revolute hinge(phi(start=0.3, fixed=true), w(start=0, fixed=true));
+  Parts.Body bob(m=1, I=0.01, r_CM={0, -1});
+  output Real turned(unit="rad") = -hinge.phi;
+  Real limited(unit="rad", min=-10, max=10) = hinge.phi;
+  Real plain = hinge.phi;
+  Real rate = der(plain);
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, bob.frame_a);
+end Swing;
+"""
+ANGLES = {"hinge.phi": 1, "bob.phi": 1, "bob.frame_a.phi": 1, "limited": 1, "plain": 1,
+          "turned": -1}  # fmt: skip
+SPEEDS = {"hinge.w": 1, "bob.w": 1, "rate": 1, "der(hinge.phi)": 1}
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_start_is_set_by_any_name(tmp_path: Path, version: int, way: str) -> None:
+    path = exported(tmp_path, SWING, version)
+    unpacked, told = fmpy.extract(path), fmpy.read_model_description(path)
+
+    def begin(**given: object) -> tuple[float, float]:
+        """Angle and speed, where the host gives other starts."""
+        found = fmpy.simulate_fmu(unpacked, model_description=told, fmi_type=way, stop_time=1e-3,
+                                  output_interval=1e-3, output=["hinge.phi", "hinge.w"],
+                                  **given)  # fmt: skip
+        return float(found["hinge.phi"][0]), float(found["hinge.w"][0])
+
+    for everything in (False, True):  # then all other names are set to what is described of them
+        options = {"apply_default_start_values": everything}
+        assert begin(**options) == (0.3, 0.0)
+        for name, sign in ANGLES.items():
+            assert begin(start_values={name: 0.5}, **options) == (0.5 * sign, 0.0)
+        for name, sign in SPEEDS.items():
+            assert begin(start_values={name: 0.5}, **options) == (0.3, 0.5 * sign)
+
+
+@runs_here
+def test_a_start_may_be_set_back_by_its_name(tmp_path: Path) -> None:
+    path = exported(tmp_path, SWING)
+    told = fmpy.read_model_description(path)
+    of = {v.name: v.valueReference for v in told.modelVariables}
+    fmu = fmpy.instantiate_fmu(fmpy.extract(path), told, "CoSimulation")
+    for name, value in (("bob.phi", 0.5), ("plain", 0.3), ("plain", 0.7), ("turned", -0.3),
+                        ("plain", 0.3)):  # fmt: skip
+        fmu.setFloat64([of[name]], [value])
+    fmu.enterInitializationMode()
+    assert fmu.getFloat64([of["hinge.phi"]]) == [0.3]
+    fmu.exitInitializationMode()
+    fmu.freeInstance()
+
+
 TURNING = """model M
   type Way = enumeration(left, right, 'straight on');
   parameter Way way=Way.right "Where it turns";
@@ -237,6 +294,8 @@ LIMITED = """model M
   Real turned(unit="m") = -x;
   Real own(unit="m", min=-5, max=7) = x;
   Real own_turned(unit="m", max=3) = -x;
+  Gap twice = 2*x;
+  Real twice_too(unit="m") = twice;
   Real known(min=-K, max=2*C) = sin(time);
   Real open(min=-1, max=L, nominal=L) = cos(time);
   Real overstepped(min=3, max=9) = time;
@@ -270,7 +329,9 @@ def limits_of(path: Path) -> dict[str, tuple[str | None, ...]]:
 def test_variables_tell_their_limits(tmp_path: Path, version: int) -> None:
     wanted: dict[str, tuple[str | None, ...]] = {
         "x": ("0.0", None, "0.001"),
-        "same": ("0.0", None, "0.001"),
+        "same": ("0.0", "7.0", "0.001"),  # those of all other names
+        "twice": ("0.0", None, "0.001"),
+        "twice_too": ("0.0", None, "0.001"),
         "turned": ("-7.0", "0.0", "0.001"),
         "own": ("-5.0", "7.0", "0.001"),
         "own_turned": (None, "3.0", "0.001"),

@@ -5,7 +5,9 @@ Out:  Seen    one for each value: names that share it are its aliases
 
 A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
 output have references of their own, since each may be one, and so have those of another unit
-(the angle and a force of the ground are both zero) or with limits of their own. Where the choice of
+(the angle and a force of the ground are both zero) or with limits of their own. Those of a value
+that is held at the start have, too: the standard lets one name of a reference have a start, and
+it is to be set by each. Where the choice of
 states may change, the states are variables of their own: `_state[1]` is the first of them,
 whichever coordinate that is, and its derivative `der(_state[1])`.
 """
@@ -220,14 +222,13 @@ class _Shown:
         """The variables that a group of names makes."""
         first = self.group(reference, columns, state)
         apart = [c for c in first.aliases if first.causality == "output" or
+                 (first.initial == "exact" and first.causality == "local") or
                  (first.kind == NUMBER and c.unit != first.unit) or
                  self._limited_otherwise(c, first)]  # fmt: skip
         found = [replace(first, aliases=tuple(c for c in first.aliases if c not in apart))]
         for k, column in enumerate(apart, 1):
             other = self.group(reference, [column], None)
-            initial = "calculated"  # a start value is set by one name
-            found.append(replace(other, reference=reference + k * OTHER, initial=initial,
-                                 start=None))  # fmt: skip
+            found.append(replace(other, reference=reference + k * OTHER))
         return found
 
     def _limited_otherwise(self, column: Column, first: Seen) -> bool:
@@ -243,7 +244,7 @@ class _Shown:
         main = next((c for c in columns if c.name in self._inputs), main)
         kind, sign = reference // 2 % 4, reference % 2
         parameter = self._parameters.get(main.name)
-        value: Any = -self._w[main.slot] if sign else self._w[main.slot]
+        value: Any = 0.0 - self._w[main.slot] if sign else self._w[main.slot]
         steady = kind != NUMBER or main.slot in self._discrete
         causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
@@ -259,7 +260,7 @@ class _Shown:
             variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
             causality = "output"
-        if main.slot in self._held and not sign and initial == "calculated":
+        if main.slot in self._held and initial == "calculated":
             initial = "exact"
         return Seen(
             reference=reference,
