@@ -126,19 +126,20 @@ def _three(root: Xml.Element, shown: Interface) -> None:
     kinds = ("Output", "ContinuousStateDerivative", "InitialUnknown")
     for kind, found in zip(kinds, _unknowns(shown), strict=True):
         for v in found:
-            depends = {} if kind == "InitialUnknown" else _depends(shown, v, str)
+            depends = {} if kind == "InitialUnknown" else _depends(shown, v, int)
             Xml.SubElement(structure, kind, {"valueReference": str(v.reference), **depends})
     for reference in shown.indicators:
         Xml.SubElement(structure, "EventIndicator", valueReference=str(reference))
 
 
-def _depends(shown: Interface, v: Seen, name: Callable[[int], str]) -> dict[str, str]:
-    """What an unknown depends on, by the names that a version has for variables."""
+def _depends(shown: Interface, v: Seen, number: Callable[[int], int]) -> dict[str, str]:
+    """What an unknown depends on, by the numbers that a version has for variables."""
     known = shown.dependencies.get(v.reference)
     if known is None:
         return {}
-    kinds = {"dependenciesKind": " ".join(known.values())} if known else {}
-    return {"dependencies": " ".join(map(name, known))} | kinds
+    pairs = sorted((number(r), kind) for r, kind in known.items())
+    kinds = {"dependenciesKind": " ".join(kind for _, kind in pairs)} if pairs else {}
+    return {"dependencies": " ".join(str(n) for n, _ in pairs)} | kinds
 
 
 def _two(root: Xml.Element, shown: Interface) -> None:
@@ -160,7 +161,7 @@ def _two(root: Xml.Element, shown: Interface) -> None:
             for v in found:
                 depends = {}
                 if kind != "InitialUnknowns":
-                    depends = _depends(shown, v, lambda r: str(numbers[r]))
+                    depends = _depends(shown, v, numbers.__getitem__)
                 Xml.SubElement(parent, "Unknown", {"index": str(numbers[v.reference]), **depends})
 
 

@@ -75,14 +75,15 @@ class Interface(Data):
 
 
 def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Interface:
-    """With what outputs and derivatives depend on, where the states are always the same."""
+    """With what outputs and derivatives depend on, where the states are always the same and it is
+    known what moves with the time."""
     from planarc.export.fmi.dependencies import KINDS, find_dependencies
 
-    if any(r >= 8 * program.size for r in shown.states):
-        return shown
     nodes = {slot: node for node, slot in enumerate(slopes.slots) if slot >= 0}
-    inputs = [v.reference for v in shown.variables if v.causality == "input"]
-    knowns = {nodes[r // 8]: r for r in (*shown.states, *inputs) if r // 8 in nodes}
+    if any(r >= 8 * program.size for r in shown.states) or 0 not in nodes:
+        return shown
+    own = [v.reference for v in shown.variables if v.causality in ("input", "independent")]
+    knowns = {nodes[r // 8]: r for r in (*shown.states, *own) if r // 8 in nodes}
     tunable = tunable_parameters(program)
     fixed = {c.name for c in program.columns if c.constant} - tunable
     found = find_dependencies(slopes, knowns, fixed, tunable)
@@ -92,7 +93,7 @@ def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Int
     return replace(
         shown,
         dependencies={
-            r: {knowns[k]: KINDS[kind] for k, kind in sorted(found[nodes[slot]].items())}
+            r: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
             if (slot := r % OTHER // 8) in nodes
             else {}
             for r in (*outputs, *shown.rates)
