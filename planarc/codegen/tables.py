@@ -9,8 +9,6 @@ candidates, discrete variables but texts, inputs, parameters and constants.
 
 from __future__ import annotations
 
-import math
-
 from planarc.codegen.sections import Sections
 from planarc.core.source import Span
 from planarc.core.unit import rate_text
@@ -29,6 +27,7 @@ from planarc.ir.program import (
     ParameterSlot,
     RelationSlot,
     WhenCode,
+    limit,
 )
 from planarc.ir.sorted import Candidate, SortedDae
 
@@ -125,8 +124,8 @@ class Tables:
                 description=p.description,
                 default=float(evaluate(p.value, _no_leaf)) if p.settable else None,
                 literals=p.literals,
-                minimum=_bound(p.minimum),
-                maximum=_bound(p.maximum),
+                minimum=limit(p.minimum),
+                maximum=limit(p.maximum),
                 final=p.final,
                 span=p.span,
             )
@@ -237,9 +236,3 @@ class Tables:
 
 def _no_leaf(e: Expr) -> float:
     raise AssertionError(f"a settable parameter depends on `{e}`")
-
-
-def _bound(e: Expr | None) -> float | None:
-    """A limit that is a number; one that depends on other parameters is none here."""
-    value = float(e.data) if e is not None and e.is_const else math.inf
-    return value if math.isfinite(value) else None

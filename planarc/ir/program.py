@@ -12,6 +12,7 @@ both printers. Shared subexpressions stand as `Let` with temporaries.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import TypeAlias
@@ -147,6 +148,17 @@ class Limits(Data):
     minimum: Expr | None = None
     maximum: Expr | None = None
     nominal: Expr | None = None
+
+    @property
+    def numbers(self) -> tuple[float | None, float | None]:
+        """Those that hang on no parameter."""
+        return limit(self.minimum), limit(self.maximum)
+
+
+def limit(e: Expr | None) -> float | None:
+    """A limit that is a number; one that depends on other parameters is none here."""
+    value = float(e.data) if e is not None and e.is_const else math.inf
+    return value if math.isfinite(value) else None
 
 
 class Enumeration(Data):

@@ -113,16 +113,18 @@ def test_names_that_are_no_ascii_are_flat(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("declared", "used", "kind"),
     [
-        ("input Boolean on(start=true);", "if on then -x else 0", "Boolean"),
-        ("input Integer n(start=1);", "-n*x", "Integer"),
-        ("type E = enumeration(a, b); input E e;", "if e == E.a then -x else 0", "an enumeration"),
+        ("input Boolean on(start=true);", "if on then -x else 0", "Boolean and no Real"),
+        ("input Integer n(start=1);", "-n*x", "Integer and no Real"),
+        ("type E = enumeration(a, b); input E e;", "if e == E.a then -x else 0",
+         "an enumeration and no Real"),
+        ("discrete input Real d(start=1);", "-d*x", "discrete"),
     ],
-)
+)  # fmt: skip
 def test_inputs_that_are_no_reals_are_refused(declared: str, used: str, kind: str) -> None:
     """They were left out, and the value at the start held for the whole run."""
     head = f"model M\n  {declared}\n  Real x(start=1, fixed=true);\n"
     text = f"{head}equation\n  der(x) = {used};\nend M;"
-    with pytest.raises(PlanarcError, match=f"which is {kind} and no Real") as raised:
+    with pytest.raises(PlanarcError, match=f"which is {kind}, cannot") as raised:
         planarc.load(text).export_fmu("unwritten.fmu")
     (found,) = raised.value.diagnostics
     assert found.code == "C300" and found.span is not None
