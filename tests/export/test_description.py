@@ -59,6 +59,23 @@ def test_temperatures_are_shown_in_degrees(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
+def test_aliases_are_shown_in_units_of_their_own(tmp_path: Path, version: int) -> None:
+    text = """model M
+  output Real y = 2*a;
+  Real a(unit="rad") = sin(time);
+  Real b(unit="rad", displayUnit="deg") = a;
+  Real c(unit="rad", displayUnit="mrad") = a;
+end M;
+"""
+    root = described(exported(tmp_path, text, version))
+    told = {e.get("name"): e.get("displayUnit") for v in root.iter("Float64") for e in (v, *v)}
+    for v in root.iter("ScalarVariable"):
+        told |= {v.get("name"): e.get("displayUnit") for e in v.iter("Real")}
+    assert {name: told[name] for name in "abc"} == {"a": None, "b": "deg", "c": "mrad"}
+    assert [u.get("name") for u in root.iter("DisplayUnit")] == ["deg", "mrad"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
 def test_values_of_other_units_are_no_aliases(tmp_path: Path, version: int) -> None:
     """The angle of the ground and the force on it are both zero."""
     path = tmp_path / "four_bar.fmu"

@@ -173,6 +173,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
     Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), kind, typed)
     shared = {name: told for name, told in typed.items() if name in _OF_ALIASES}
     for column in v.aliases:
+        own = shared | _displayed(v.unit, column.display_unit)
         other = replace(
             v,
             name=shown_name(column),
@@ -181,7 +182,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
             initial="calculated",
         )
         element = Xml.SubElement(parent, "ScalarVariable", _head(other))
-        Xml.SubElement(element, kind, shared)
+        Xml.SubElement(element, kind, own)
 
 
 def _head(v: Seen) -> dict[str, str]:
@@ -210,6 +211,7 @@ def _variable_three(parent: Xml.Element, v: Seen) -> None:
         alias = Xml.SubElement(element, "Alias", name=shown_name(column))
         if column.description:
             alias.set("description", column.description)
+        alias.attrib |= _displayed(v.unit, column.display_unit)
 
 
 def _typed(v: Seen) -> dict[str, str]:
@@ -217,8 +219,7 @@ def _typed(v: Seen) -> dict[str, str]:
     given: dict[str, str] = {"declaredType": v.type.name} if v.type else {}
     if v.unit and factors(v.unit) is not None:
         given["unit"] = v.unit
-        if _display(v.unit, v.display_unit) is not None:
-            given["displayUnit"] = v.display_unit
+        given |= _displayed(v.unit, v.display_unit)
     limits = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
     for name, value in limits:
         if value is not None:
@@ -230,7 +231,8 @@ def _units(root: Xml.Element, shown: Interface) -> None:
     pairs: dict[str, dict[str, None]] = {}
     for v in shown.variables:
         if v.unit and factors(v.unit) is not None:
-            pairs.setdefault(v.unit, {})[v.display_unit] = None
+            told = (v.display_unit, *(column.display_unit for column in v.aliases))
+            pairs.setdefault(v.unit, {}).update(dict.fromkeys(told))
     if not pairs:
         return
     units = Xml.SubElement(root, "UnitDefinitions")
@@ -275,6 +277,12 @@ def _display(unit: str, display: str) -> tuple[float, float] | None:
         return None
     (factor, offset), (shown, zero) = scale(unit), scale(display)
     return factor / shown, (offset - zero) / shown
+
+
+def _displayed(unit: str, display: str) -> dict[str, str]:
+    """The unit in which a number is shown, as an attribute."""
+    known = factors(unit) is not None and _display(unit, display) is not None
+    return {"displayUnit": display} if known else {}
 
 
 def _interval(program: Program) -> float:
