@@ -175,12 +175,12 @@ def _page(compiled: Compiled, output: Path | None, stiff: bool) -> int:
     from planarc.compiler import run
     from planarc.core.options import RunOptions
     from planarc.core.prose import counted
+    from planarc.export.page.held import taken
     from planarc.export.page.page import make_page
-    from planarc.export.refusal import refuse
     from planarc.view.storage import write_text
 
     path = _place(compiled, output, ".html", "_live")  # NAME.html is the report of a run
-    refuse(compiled.program)
+    taken(compiled.program)  # before it runs
     page = make_page(compiled, run(compiled, RunOptions()), stiff)
     save(path, lambda place: write_text(place, page.text))
     console.say(f"written    {path}")

@@ -49,6 +49,8 @@ def generate(sorted: SortedDae) -> Program:
             samplers=tables.samplers(),
             whens=tables.whens(),
             delays=tables.delays(),
+            limits=tables.limits(),
+            enumerations=tables.enumerations(),
             assertions=tuple(
                 rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions
             ),

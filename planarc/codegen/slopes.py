@@ -15,7 +15,8 @@ states.
     state phi                d(phi) = 1
 
 Parameters and inputs are leaves as the states are, where all derivatives are asked for;
-parameters that are computed from others move by their formulas.
+parameters that are computed from others move by their formulas. So is the time, where it is wished
+that it moves by itself.
 
 Coefficients are read at the present point: tears, and all that has a slot, are taken from
 the workspace, where the last evaluation has left them. A linear block's residual is its
@@ -132,10 +133,14 @@ class Slopes(Data):
 
 
 def derive_slopes(
-    program: Program, scope: Scope = Scope.RATES, wanted: Collection[int] | None = None
+    program: Program,
+    scope: Scope = Scope.RATES,
+    wanted: Collection[int] | None = None,
+    timed: bool = False,
 ) -> Slopes | None:
-    """`wanted` are the slots of the values asked for, where these are not all of the scope."""
-    return _Deriver(program, scope, wanted).derive()
+    """`wanted` are the slots of the values asked for, where these are not all of the scope; with
+    `timed` the time is a node."""
+    return _Deriver(program, scope, wanted, timed).derive()
 
 
 class _Piece(Struct):
@@ -150,10 +155,10 @@ class _Piece(Struct):
 
 class _Deriver:
     def __init__(
-        self, program: Program, scope: Scope, wanted: Collection[int] | None = None
+        self, program: Program, scope: Scope, wanted: Collection[int] | None, timed: bool
     ) -> None:
         self._program, self._table, self._scope = program, program.table, scope
-        self._asked = wanted
+        self._asked, self._timed = wanted, timed
         self._pieces: list[_Piece] = []
         self._partials: dict[Expr, Differentiator] = {}
         self._numbers: dict[Expr, int] = {}  # nodes
@@ -276,6 +281,8 @@ class _Deriver:
             settable = [p.name for p in program.parameter_slots if p.settable]
             for name in dict.fromkeys((*settable, *program.inputs)):
                 number[named(self._table, name)] = len(number)
+        if self._timed:
+            number[self._table.time] = len(number)
         rows: list[Row] = []
         runs: list[Run] = []
         for piece in self._pieces:
@@ -294,7 +301,7 @@ class _Deriver:
 
     def _terms(self, let: Let) -> tuple[tuple[int, Expr], ...]:
         found = []
-        for s in sorted(s for s in symbols(let.value) if s in self._numbers):
+        for s in sorted(s for s in postorder((let.value,)) if s in self._numbers):
             if s not in self._partials:
                 self._partials[s] = partial(self._table, s)
             slope = self._partials[s](let.value)

@@ -1,15 +1,13 @@
 """The tables of a program: what a slot means to a user and to the solver.
 
 In:   SortedDae and the sections written from it
-Out:  the columns of the result, parameters, candidates, discrete values, relations
+Out:  the columns of the result, their limits, parameters, candidates, discrete values, relations
 
 Result columns: all variables in the order of their declaration, then derivatives of
 candidates, discrete variables but texts, inputs, parameters and constants.
 """
 
 from __future__ import annotations
-
-import math
 
 from planarc.codegen.sections import Sections
 from planarc.core.source import Span
@@ -23,10 +21,13 @@ from planarc.ir.program import (
     Column,
     DelayCode,
     DiscreteSlot,
+    Enumeration,
     FixedSlot,
+    Limits,
     ParameterSlot,
     RelationSlot,
     WhenCode,
+    limit,
 )
 from planarc.ir.sorted import Candidate, SortedDae
 
@@ -59,6 +60,22 @@ class Tables:
             if p.name != SHARING:
                 found[p.name] = self._column(p, self._layout[p.name], 1)
         return tuple(found.values())
+
+    def limits(self) -> tuple[Limits, ...]:
+        known, dae = self._sections.aliases, self._dae
+        return tuple(
+            Limits(v.name, *(None if e is None else known(e) for e in told))
+            for v in (*dae.variables, *dae.discretes, *dae.inputs)
+            if any(told := (v.minimum, v.maximum, v.nominal))
+        )
+
+    def enumerations(self) -> tuple[Enumeration, ...]:
+        found: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+        declared: tuple[Variable | Parameter, ...] = (*self._dae.discretes, *self._dae.parameters)
+        for v in declared:
+            if v.kind is Kind.ENUMERATION:
+                found.setdefault((v.type_name, v.literals), []).append(v.name)
+        return tuple(Enumeration(*type_, tuple(names)) for type_, names in found.items())
 
     def _home(self, name: str) -> tuple[int, int]:
         """Slot and sign of a variable."""
@@ -107,8 +124,8 @@ class Tables:
                 description=p.description,
                 default=float(evaluate(p.value, _no_leaf)) if p.settable else None,
                 literals=p.literals,
-                minimum=_bound(p.minimum),
-                maximum=_bound(p.maximum),
+                minimum=limit(p.minimum),
+                maximum=limit(p.maximum),
                 final=p.final,
                 span=p.span,
             )
@@ -219,9 +236,3 @@ class Tables:
 
 def _no_leaf(e: Expr) -> float:
     raise AssertionError(f"a settable parameter depends on `{e}`")
-
-
-def _bound(e: Expr | None) -> float | None:
-    """A limit that is a number; one that depends on other parameters is none here."""
-    value = float(e.data) if e is not None and e.is_const else math.inf
-    return value if math.isfinite(value) else None

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE
+from planarc.export.instance.block import OTHER
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -58,9 +59,9 @@ def _page(compiled: Compiled, shown: Interface) -> str:
         _picture(compiled),
         *(_table(title, (v for v in shown.variables if v.causality == cause), head)
           for title, cause, head in tables),
-        "<p>Start values that may be set: "
-        + (", ".join(f"<code>{escape(v.name)}</code>" for v in shown.variables
-                     if v.initial == "exact" and v.causality != "parameter") or "none") + ".</p>",
+        "<p>Start values that may be set, by any name of theirs: "
+        + (", ".join(f"<code>{escape(name)}</code>" for name in _starts(shown)) or "none")
+        + ".</p>",
         "<p>A loop of the mechanism is put together as it was at export, also where other "
         "parameters and start values are set before the end of the initialization.</p>",
     ]  # fmt: skip
@@ -68,16 +69,33 @@ def _page(compiled: Compiled, shown: Interface) -> str:
     return f"<!doctype html><html lang=en>{head}{''.join(parts)}</html>\n"
 
 
+def _starts(shown: Interface) -> Iterable[str]:
+    """A name of each value that has a start."""
+    found: dict[int, str] = {}
+    for v in shown.variables:
+        if v.initial == "exact" and v.causality != "parameter":
+            found.setdefault(v.reference % OTHER // 8, v.name)
+    return found.values()
+
+
 def _table(title: str, variables: Iterable[Seen], head: str) -> str:
     rows = [
         f"<tr><td><code>{escape(v.name)}</code><td>{'' if v.start is None else f'{v.start:g}'}"
-        f"<td>{escape(v.unit)}<td>{escape(v.description)}"
+        f"<td>{escape(v.unit)}<td>{escape(_meaning(v))}"
         for v in variables
     ]
     if not rows:
         return ""
     top = "<tr><th>Name<th>" + head.capitalize() + "<th>Unit<th>Description"
     return f"<h2>{title}</h2><table>{top}{''.join(rows)}</table>"
+
+
+def _meaning(v: Seen) -> str:
+    """The description, with the names of a type's values."""
+    if v.type is None:
+        return v.description
+    told = ", ".join(f"{k} {name}" for k, name in enumerate(v.type.literals, 1))
+    return f"{v.description} ({told})".strip()
 
 
 def _picture(compiled: Compiled) -> str:

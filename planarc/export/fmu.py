@@ -93,7 +93,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         raise no_match("variable that changes", wishes.outputs)
     slopes = derivatives(program, shown)
     version = three if wishes.version == 3 else two
-    entries = version.functions(bool(program.delays))
+    entries = version.functions(bool(program.delays), any(v.type for v in shown.variables))
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
     told = Told(wishes.version, identifier, "", _tool(), slopes is not None,

@@ -26,8 +26,9 @@ from planarc.ir.program import Let, Program
 
 #: What says nothing of what is computed, and what is judged here.
 _ASIDE = frozenset(
-    {"columns", "parameter_slots", "parameters", "visuals", "declared", "parts", "figures",
-     "mechanism", "equations", "initial_equations", "table", "slots", "span", "locked"}
+    {"columns", "limits", "enumerations", "parameter_slots", "parameters", "visuals", "declared",
+     "parts", "figures", "mechanism", "equations", "initial_equations", "table", "slots", "span",
+     "locked"}
 )  # fmt: skip
 
 

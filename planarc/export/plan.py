@@ -33,7 +33,7 @@ class Own(IntEnum):
     Y = len(Frame)  # pointers to arrays
     RATES = auto()
     SCALES = auto()
-    GIVEN = auto()
+    GIVEN = auto()  # of each start the reference by which it was set, and 1; 0: it was not
     STARTS = auto()
     STAGES = auto()
     RELATIONS = auto()  # numbers of each relation (`Relation`)
@@ -333,7 +333,7 @@ def make_plan(
         past[Shelf.WORK] = room + len(Memory) + len(Shelf)
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
-    unpacked = {Own.NODES: program.size, Own.RULES: program.size,
+    unpacked = {Own.NODES: program.size + 1, Own.RULES: program.size + 1,
                 Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
                 passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
     unpacked |= {word: len(numbers) for word, numbers in (tables or {}).items()}
@@ -383,8 +383,9 @@ def _passing(tape: Sequence[int], states: int) -> dict[int, int]:
 def rules(
     program: Program, given: Sequence[tuple[int, int]], tunable: Collection[str]
 ) -> list[int]:
-    """What may be set in each slot; `tunable` are names of parameters that may be at any time."""
-    found = [0] * program.size
+    """What may be set in each slot, and behind them in what is none; `tunable` are names of
+    parameters that may be at any time."""
+    found = [NEVER] * (program.size + 1)
     for k, (slot, _) in enumerate(given):
         found[slot] = FIRST_GIVEN + k
     for p in program.parameter_slots:

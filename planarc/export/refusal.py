@@ -16,6 +16,14 @@ from planarc.ir.program import Let, Program
 
 _HINT = "simulate it with `planarc simulate`; exported models cannot do this yet"
 
+_KINDS = {
+    Kind.BOOLEAN: "Boolean and no Real",
+    Kind.INTEGER: "Integer and no Real",
+    Kind.ENUMERATION: "an enumeration and no Real",
+    Kind.STRING: "a String and no Real",
+    Kind.REAL: "discrete",
+}
+
 
 def refuse(program: Program) -> None:
     """Raise what stands in the way of an export."""
@@ -35,8 +43,7 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
         yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
     for d in program.discretes:
         if d.given is not None:
-            kind = "an enumeration" if d.kind is Kind.ENUMERATION else d.kind.value
-            yield f"the input `{d.name}`, which is {kind} and no Real,", d.given
+            yield f"the input `{d.name}`, which is {_KINDS[d.kind]},", d.given
     lists = (program.parameters, *program.levels, program.rest, program.initial, program.roots,
              program.discrete)  # fmt: skip
     lets = [s for statements in lists for s in statements if isinstance(s, Let)]

@@ -54,11 +54,14 @@ def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
 
 
 def derivatives(program: Program, shown: Interface) -> Slopes | None:
-    """The derivatives of outputs and of the states' derivatives, by states and inputs."""
+    """The derivatives of outputs and of the states' derivatives, by states, inputs and the time;
+    not by the time where it is an argument of a function without derivatives."""
     from planarc.codegen.slopes import derive_slopes
 
     wanted = [v.reference % OTHER // 8 for v in shown.variables if v.causality == "output"]
-    return derive_slopes(replace(program, parameter_slots=()), Scope.ALL, wanted)
+    bare = replace(program, parameter_slots=())
+    found = derive_slopes(bare, Scope.ALL, wanted, timed=True)
+    return derive_slopes(bare, Scope.ALL, wanted) if found is None else found
 
 
 def tolerance_of(program: Program) -> float:

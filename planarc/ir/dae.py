@@ -70,6 +70,7 @@ class Variable(Located):
     causality: str = ""  # `input`, `output` of the model, or empty
     component: str = ""
     literals: tuple[str, ...] = ()  # of an enumeration
+    type_name: str = ""  # that of the enumeration
     span: Span = NOWHERE
 
 
@@ -91,6 +92,7 @@ class Parameter(Located):
     protected: bool = False
     component: str = ""
     literals: tuple[str, ...] = ()
+    type_name: str = ""
     minimum: Expr | None = None
     maximum: Expr | None = None
     final: bool = False

@@ -12,6 +12,7 @@ both printers. Shared subexpressions stand as `Let` with temporaries.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import TypeAlias
@@ -138,6 +139,34 @@ class ParameterSlot(Data):
     maximum: float | None = None
     final: bool = False
     span: Span = NOWHERE
+
+
+class Limits(Data):
+    """What is declared of a variable's values, as expressions of parameters."""
+
+    name: str
+    minimum: Expr | None = None
+    maximum: Expr | None = None
+    nominal: Expr | None = None
+
+    @property
+    def numbers(self) -> tuple[float | None, float | None]:
+        """Those that hang on no parameter."""
+        return limit(self.minimum), limit(self.maximum)
+
+
+def limit(e: Expr | None) -> float | None:
+    """A limit that is a number; one that depends on other parameters is none here."""
+    value = float(e.data) if e is not None and e.is_const else math.inf
+    return value if math.isfinite(value) else None
+
+
+class Enumeration(Data):
+    """A type whose values are numbers from 1, each with a name; `members` are columns of it."""
+
+    name: str
+    literals: tuple[str, ...]
+    members: tuple[str, ...]
 
 
 class CandidateSlot(Data):
@@ -316,6 +345,8 @@ class Program(Data):
     outputs: tuple[str, ...] = ()
     delays: tuple[DelayCode, ...] = ()
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
+    limits: tuple[Limits, ...] = ()  # of variables that declare some
+    enumerations: tuple[Enumeration, ...] = ()
     span: Span = NOWHERE  # of the model
 
     @property

@@ -198,6 +198,7 @@ def _enter(model: Model, v: flat.Variable, values: tuple[Expr, ...]) -> Iterator
             protected=v.protected,
             component=v.component,
             literals=v.type.literals,
+            type_name=v.type.name,
             minimum=low[i],
             maximum=high[i],
             final=v.final,
@@ -257,6 +258,7 @@ def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
             causality=v.causality,
             component=v.component,
             literals=v.type.literals,
+            type_name=v.type.name,
             span=v.span,
         )
 

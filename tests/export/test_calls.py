@@ -208,7 +208,7 @@ class _Child:
             2: ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
                 "GetNominalsOfContinuousStates", "GetEventIndicators"),
         }[self.version]  # fmt: skip
-        kinds = {3: ("Float64", "Int32", "Boolean", "String", "Clock"),
+        kinds = {3: ("Float64", "Int32", "Int64", "Boolean", "String", "Clock"),
                  2: ("Real", "Integer", "Boolean", "String")}[self.version]  # fmt: skip
         times = (truth(r.random() < 0.5), self.number(), self.number(), zero, self.number())
         state = "FMUState" if self.version == 3 else "FMUstate"

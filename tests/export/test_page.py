@@ -211,6 +211,68 @@ def test_inputs_have_fields(tmp_path: Path) -> None:
     assert fields_of(driven.read_text("utf-8"))["hinge.tau"]["value"] == 0.0
 
 
+SWITCHED = """
+model Switched
+  type Way = enumeration(back, forth);
+  input Boolean on(start=true) "Whether it is pushed";
+  input Integer n(start=2, min=0, max=5);
+  input Way way(start=Way.forth);
+  discrete input Real d(start=1);
+  input Real u(start=1, max=9);
+  Real x(start=1.1, fixed=true);
+  Integer k(start=0, fixed=true);
+  Boolean was = pre(on), both = on and n > 1;
+equation
+  der(x) = if on then n*u*d*(if way == Way.back then -1 else 1) else 0;
+  when {x > 2, x < 0, initial()} then
+    k = pre(k) + n;
+  end when;
+  annotation(experiment(StopTime=1));
+end Switched;
+"""
+
+
+def test_inputs_that_are_no_reals_have_fields(tmp_path: Path) -> None:
+    """As parameters of their types have them, with the limits of the model."""
+    page = planarc.load(SWITCHED).export_page(tmp_path / "a.html").read_text("utf-8")
+    (group,) = (g for g in data_of(page)["model"]["groups"] if g["title"] == "Inputs")
+    told = {f["name"]: (f["kind"], f["value"], f["literals"]) for f in group["fields"]}
+    assert told == {
+        "u": ("Real", 1.0, []),
+        "on": ("Boolean", 1.0, []),
+        "n": ("Integer", 2.0, []),
+        "way": ("enumeration", 2.0, ["back", "forth"]),
+        "d": ("Real", 1.0, []),
+    }
+    limits = {f["name"]: (f["minimum"], f["maximum"]) for f in group["fields"]}
+    assert limits["n"] == (0.0, 5.0) and limits["u"] == (None, 9.0)
+
+
+@needs_node
+@pytest.mark.parametrize(
+    "given", [{}, {"on": 0}, {"n": 5, "way": 1}, {"d": 0.5, "n": 0}, {"on": 0, "way": 1, "u": 3}]
+)
+def test_inputs_that_are_no_reals_are_held(tmp_path: Path, given: dict[str, float]) -> None:
+    """As if these values stood in the model."""
+    model, text = planarc.load(SWITCHED).compiled(), SWITCHED
+    for name, value in given.items():
+        word = {"on": "false", "way": "Way.back"}.get(name, value)
+        text = re.sub(rf" {name}\(start=[^,)]+", f" {name}(start={word}", text)
+    assert given == {} or text != SWITCHED
+    places = data_of(make_page(model, run(model, RunOptions())).text)["places"]
+    slots = {c.name: c.slot for c in model.program.columns}
+    seen = ["x", "k", "was", "both"]
+    times = np.linspace(0.0, 1.0, 11)
+    values = [(places[name][0], value) for name, value in given.items()]
+    (told,) = of_node(
+        tmp_path, make_module(model).code, [slots[n] for n in seen], (values, times.tolist())
+    )
+    result = planarc.load(text).simulate(interval=0.1, tolerance=1e-10)
+    rows = np.searchsorted(result.time, times + 1e-9, side="right") - 1  # behind events
+    for name, column in zip(seen, told["columns"], strict=True):
+        assert column == pytest.approx(result[name][rows].astype(float), abs=1e-7), name
+
+
 @needs_node
 @pytest.mark.parametrize("stiffness", [4.0, 1e7])
 def test_stiff_steps_follow_the_slow_part(tmp_path: Path, stiffness: float) -> None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import ctypes
 import re
 from pathlib import Path
+from xml.etree import ElementTree as Xml
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
 from msgspec.structs import replace
 
 from planarc.api.model import Model
@@ -147,7 +150,7 @@ def test_the_adjoint_is_the_transposed(four_bar: Model, tmp_path: Path) -> None:
 def test_what_has_no_derivative_is_told(four_bar: Model, tmp_path: Path) -> None:
     one = Exported(four_bar, tmp_path, 3, OUTPUTS)
     y, u = one.of["revA.phi"], one.of["revA.tau"]
-    for unknown, known in ((y, one.of["crank.r[1]"]), (one.of["revD.phi"], u), (y, 2**31)):
+    for unknown, known in ((y, one.of["crank.r[1]"]), (one.of["revD.phi"], u), (y, 2**24 - 8)):
         with pytest.raises(fmpy.fmi1.FMICallException):
             one.along([unknown], [known], [1.0])
     assert one.along([y], [u], [1.0]) == [0.0]
@@ -188,7 +191,7 @@ end Chain;
         "y": {"x": "constant"},
         "z": {"u": "dependent", "x": "dependent"},
         "sum": {"far": "dependent", "x": "dependent"},
-        "still": {},
+        "still": {"time": "constant"},
         "v": {"v": "constant"},  # der(x) has its value
         "der(v)": {"u": "tunable"},
         "der(far)": {"far": "constant"},
@@ -196,6 +199,74 @@ end Chain;
     told = {v.name: v for v in fmpy.read_model_description(path).modelVariables}
     assert (told["m"].variability, told["x0"].variability) == ("tunable", "fixed")
     assert float(told["x"].nominal) == 1e-3
+
+
+DRIVEN = """
+model Driven
+  parameter Real m=2;
+  input Real u(start=0.4);
+  output Real clock=3*time, loud=x*sin(time), sum=p + q, free=x;
+  Real x(start=1, fixed=true), v(start=0, fixed=true);
+  Real p, q;
+  Modelica.Blocks.Sources.CombiTimeTable table(table=[0, 0; 1, 2; 2, 0],
+    smoothness=Modelica.Blocks.Types.Smoothness.ContinuousDerivative);
+equation
+  der(x) = v;
+  m*der(v) = u + table.y[1];
+  p + q^3 = x*exp(time);
+  q - p = sin(v);
+end Driven;
+"""
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_the_description_says_what_depends_on_the_time(tmp_path: Path, version: int) -> None:
+    """The standard counts the independent variable among what is known."""
+    text = re.sub(r"  Modelica.*?;\n", "", DRIVEN, flags=re.S).replace("table.y[1]", "5*time")
+    path = Model(Request(text=text), Backend.NATIVE).export_fmu(tmp_path / "a.fmu", fmi=version)
+    assert validate_fmu(str(path)) == []
+    known = structure(path)
+    assert known == {
+        "clock": {"time": "constant"},
+        "loud": {"time": "dependent", "free": "dependent"},  # x by its name as an output
+        "sum": dict.fromkeys(("time", "free", "v"), "dependent"),
+        "free": {"free": "constant"},
+        "v": {"v": "constant"},
+        "der(v)": {"time": "tunable", "u": "tunable"},
+    }
+    if version == 2:  # the standard wants them in the order of the variables
+        with ZipFile(path) as archive:
+            root = Xml.fromstring(archive.read("modelDescription.xml"))
+        for unknown in root.iter("Unknown"):
+            listed = [int(k) for k in unknown.get("dependencies", "").split()]
+            assert listed == sorted(listed)
+
+
+@runs_here
+@pytest.mark.parametrize("version", (2, 3))
+def test_by_the_time_they_are_limits_of_differences(tmp_path: Path, version: int) -> None:
+    """Through a loop, and through a table."""
+    path = Model(Request(text=DRIVEN), Backend.NATIVE).export_fmu(tmp_path / "a.fmu", fmi=version)
+    told = fmpy.read_model_description(path)
+    fmu = fmpy.instantiate_fmu(fmpy.extract(path), told, "ModelExchange")
+    if version == 2:
+        fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    (fmu.updateDiscreteStates if version == 3 else fmu.newDiscreteStates)()
+    fmu.enterContinuousTimeMode()
+    get = fmu.getFloat64 if version == 3 else fmu.getReal
+    unknowns = [u.variable.valueReference for u in (*told.outputs, *told.derivatives)]
+    values = []
+    for t in (0.3 + 1e-5, 0.3 - 1e-5, 0.3):
+        fmu.setTime(t)
+        values.append(np.array(get(unknowns)))
+    exact = fmu.getDirectionalDerivative(unknowns, [0], [1.0])
+    assert exact == pytest.approx((values[0] - values[1]) / 2e-5, rel=1e-7)
+    assert np.count_nonzero(exact) == 4  # clock, loud, sum and der(v)
+    if version == 3:
+        rows = [fmu.getAdjointDerivative([u], [0], [1.0])[0] for u in unknowns]
+        assert rows == pytest.approx(exact, rel=1e-12)
 
 
 @runs_here

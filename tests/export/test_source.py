@@ -19,6 +19,7 @@ from fmpy.validation import validate_fmu
 import planarc
 from tests.export.fmus import EXAMPLES, HERE, WAYS, simulate
 from tests.export.test_c import COMPILER, SAMPLED, needs_compiler
+from tests.export.test_description import TURNING
 from tests.export.test_events import BALL, STICK_SLIP
 
 BOTH = (2, 3)
@@ -66,7 +67,9 @@ def compiled_again(path: Path, version: int, options: Sequence[str] = PEDANTIC) 
 @needs_compiler
 @runs_here
 @pytest.mark.parametrize("version", BOTH)
-@pytest.mark.parametrize("text", ("crank_slider", "cam_lift_off", BALL, STICK_SLIP, SAMPLED))
+@pytest.mark.parametrize(
+    "text", ("crank_slider", "cam_lift_off", BALL, STICK_SLIP, SAMPLED, TURNING)
+)
 def test_a_compiler_makes_the_same_fmu(tmp_path: Path, text: str, version: int) -> None:
     source = text if "\n" in text else str(EXAMPLES / f"{text}.pmo")
     own = exported(tmp_path, source, version)

@@ -48,6 +48,20 @@ def test_an_example_runs_to_its_end_is_drawn_and_obeys_its_law(name: str, backen
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_values_lie_between_the_limits_that_their_variables_declare(name: str) -> None:
+    result = example(name)
+    shown = {c.name for c in result.program.columns}
+    wrong = []
+    for told in (told for told in result.program.limits if told.name in shown):
+        values = result[told.name]
+        near, (low, high) = 1e-6 * np.abs(values).max(), told.numbers
+        below = low is not None and values.min() < low - near
+        if below or (high is not None and values.max() > high + near):
+            wrong.append(told.name)
+    assert not wrong
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_an_example_says_what_to_plot(name: str) -> None:
     text = (ROOT / (name.replace(".", "/") + ".pmo")).read_text(encoding="utf-8")
     assert "figures={" in text

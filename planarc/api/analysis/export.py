@@ -75,12 +75,12 @@ def export_c(
 
 def export_page(model: Model, path: Any, inputs: Sequence[str], stiff: bool) -> Path:
     """See `Model.export_page`."""
+    from planarc.export.page.held import taken
     from planarc.export.page.page import make_page
-    from planarc.export.refusal import refuse
 
     place = _place(path, ".html")
     compiled = _compiled(model, inputs)
-    refuse(compiled.program)
+    taken(compiled.program)  # before it runs
     rows = run(compiled, RunOptions()) if inputs else model.simulate().rows
     write_text(place, make_page(compiled, rows, bool(stiff)).text)
     return place

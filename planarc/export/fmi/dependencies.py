@@ -1,4 +1,4 @@
-"""What outputs and derivatives of states depend on: which states and inputs, and how.
+"""What outputs and derivatives of states depend on: which states and inputs, the time, and how.
 
 In:   Slopes, the nodes of what is known
 Out:  of each node what it depends on: {known node: kind}
@@ -9,7 +9,7 @@ an expression of parameters, or one that changes while running.
 
 Example: der(x) = v depends on v in a `constant` way, der(v) = -c/m*x on x in a `fixed` one.
 
-Reference: FMI 3.0.2, section 2.4.9 (dependenciesKind).
+Reference: FMI 3.0.2, section 2.4.8, and FMI 2.0.4, section 2.2.8 (dependenciesKind).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Derivatives as functions of the standard, in LLVM: along a direction, and adjoint ones.
 
-They are those of outputs and of the states' derivatives by states and inputs (`instance.slopes`).
+They are those of outputs and of the states' derivatives by states, inputs and the time
+(`instance.slopes`).
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def _move(e: Entries, c: Code, m: Value, name: str, references: Value, k: Value,
     place, sign = _placed(e, c, m, name, references, k)
     flag = c.call(FLAG, "px_move", m, place, whole(c, 0), sign * by)
     with c.when(~flag.equals(0), leaves=True):
-        e.fail(c, m, f"{name}: derivatives are those by states and inputs")
+        e.fail(c, m, f"{name}: derivatives are those by states, inputs and time")
 
 
 def _moved(e: Entries, c: Code, m: Value, name: str, references: Value, i: Value) -> Value:

@@ -25,6 +25,9 @@ from planarc.export.plan import is_eventful
 from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
+#: What aliases of FMI 2.0, which are variables, say as the variable does.
+_OF_ALIASES = ("unit", "declaredType", "min", "max", "nominal")
+_ENUMERATION = "Enumeration"
 _NAMES_3 = {NUMBER: "Float64", INTEGER: "Int32", TRUTH: "Boolean"}
 _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
@@ -79,6 +82,7 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
             for name in told.sources:
                 Xml.SubElement(files, "File", name=name)
     _units(root, shown)
+    _types(root, shown, three)
     categories = Xml.SubElement(root, "LogCategories")
     Xml.SubElement(categories, "Category", name="logStatusError")
     experiment = program.experiment
@@ -122,19 +126,20 @@ def _three(root: Xml.Element, shown: Interface) -> None:
     kinds = ("Output", "ContinuousStateDerivative", "InitialUnknown")
     for kind, found in zip(kinds, _unknowns(shown), strict=True):
         for v in found:
-            depends = {} if kind == "InitialUnknown" else _depends(shown, v, str)
+            depends = {} if kind == "InitialUnknown" else _depends(shown, v, int)
             Xml.SubElement(structure, kind, {"valueReference": str(v.reference), **depends})
     for reference in shown.indicators:
         Xml.SubElement(structure, "EventIndicator", valueReference=str(reference))
 
 
-def _depends(shown: Interface, v: Seen, name: Callable[[int], str]) -> dict[str, str]:
-    """What an unknown depends on, by the names that a version has for variables."""
+def _depends(shown: Interface, v: Seen, number: Callable[[int], int]) -> dict[str, str]:
+    """What an unknown depends on, by the numbers that a version has for variables."""
     known = shown.dependencies.get(v.reference)
     if known is None:
         return {}
-    kinds = {"dependenciesKind": " ".join(known.values())} if known else {}
-    return {"dependencies": " ".join(map(name, known))} | kinds
+    pairs = sorted((number(r), kind) for r, kind in known.items())
+    kinds = {"dependenciesKind": " ".join(kind for _, kind in pairs)} if pairs else {}
+    return {"dependencies": " ".join(str(n) for n, _ in pairs)} | kinds
 
 
 def _two(root: Xml.Element, shown: Interface) -> None:
@@ -156,7 +161,7 @@ def _two(root: Xml.Element, shown: Interface) -> None:
             for v in found:
                 depends = {}
                 if kind != "InitialUnknowns":
-                    depends = _depends(shown, v, lambda r: str(numbers[r]))
+                    depends = _depends(shown, v, numbers.__getitem__)
                 Xml.SubElement(parent, "Unknown", {"index": str(numbers[v.reference]), **depends})
 
 
@@ -164,9 +169,11 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
     typed = _typed(v)
     if v.derivative is not None:
         typed["derivative"] = str(numbers[v.derivative])
-    Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), _NAMES_2[v.kind], typed)
-    unit = {"unit": typed["unit"]} if "unit" in typed else {}
+    kind = _ENUMERATION if v.type else _NAMES_2[v.kind]
+    Xml.SubElement(Xml.SubElement(parent, "ScalarVariable", _head(v)), kind, typed)
+    shared = {name: told for name, told in typed.items() if name in _OF_ALIASES}
     for column in v.aliases:
+        own = shared | _displayed(v.unit, column.display_unit)
         other = replace(
             v,
             name=shown_name(column),
@@ -175,7 +182,7 @@ def _variable_two(parent: Xml.Element, v: Seen, numbers: dict[int, int]) -> None
             initial="calculated",
         )
         element = Xml.SubElement(parent, "ScalarVariable", _head(other))
-        Xml.SubElement(element, _NAMES_2[v.kind], unit)
+        Xml.SubElement(element, kind, own)
 
 
 def _head(v: Seen) -> dict[str, str]:
@@ -199,20 +206,20 @@ def _variable_three(parent: Xml.Element, v: Seen) -> None:
         given["intermediateUpdate"] = "true"
     if v.derivative is not None:
         given["derivative"] = str(v.derivative)
-    element = Xml.SubElement(parent, _NAMES_3[v.kind], given)
+    element = Xml.SubElement(parent, _ENUMERATION if v.type else _NAMES_3[v.kind], given)
     for column in v.aliases:
         alias = Xml.SubElement(element, "Alias", name=shown_name(column))
         if column.description:
             alias.set("description", column.description)
+        alias.attrib |= _displayed(v.unit, column.display_unit)
 
 
 def _typed(v: Seen) -> dict[str, str]:
-    """Unit, limits and start value."""
-    given: dict[str, str] = {}
+    """Unit, type, limits and start value."""
+    given: dict[str, str] = {"declaredType": v.type.name} if v.type else {}
     if v.unit and factors(v.unit) is not None:
         given["unit"] = v.unit
-        if _display(v.unit, v.display_unit) is not None:
-            given["displayUnit"] = v.display_unit
+        given |= _displayed(v.unit, v.display_unit)
     limits = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
     for name, value in limits:
         if value is not None:
@@ -224,7 +231,8 @@ def _units(root: Xml.Element, shown: Interface) -> None:
     pairs: dict[str, dict[str, None]] = {}
     for v in shown.variables:
         if v.unit and factors(v.unit) is not None:
-            pairs.setdefault(v.unit, {})[v.display_unit] = None
+            told = (v.display_unit, *(column.display_unit for column in v.aliases))
+            pairs.setdefault(v.unit, {}).update(dict.fromkeys(told))
     if not pairs:
         return
     units = Xml.SubElement(root, "UnitDefinitions")
@@ -241,6 +249,21 @@ def _units(root: Xml.Element, shown: Interface) -> None:
                 Xml.SubElement(unit, "DisplayUnit", given)
 
 
+def _types(root: Xml.Element, shown: Interface, three: bool) -> None:
+    """The enumerations."""
+    types = {v.type.name: v.type for v in shown.variables if v.type}
+    if not types:
+        return
+    definitions = Xml.SubElement(root, "TypeDefinitions")
+    for type in types.values():
+        tag = "EnumerationType" if three else "SimpleType"
+        parent = Xml.SubElement(definitions, tag, name=type.name)
+        if not three:
+            parent = Xml.SubElement(parent, _ENUMERATION)
+        for k, name in enumerate(type.literals, 1):
+            Xml.SubElement(parent, "Item", name=name, value=str(k))
+
+
 def _scaled(factor: float, offset: float) -> dict[str, str]:
     """As attributes, but for those that change nothing."""
     told = (("factor", factor, 1.0), ("offset", offset, 0.0))
@@ -254,6 +277,12 @@ def _display(unit: str, display: str) -> tuple[float, float] | None:
         return None
     (factor, offset), (shown, zero) = scale(unit), scale(display)
     return factor / shown, (offset - zero) / shown
+
+
+def _displayed(unit: str, display: str) -> dict[str, str]:
+    """The unit in which a number is shown, as an attribute."""
+    known = factors(unit) is not None and _display(unit, display) is not None
+    return {"displayUnit": display} if known else {}
 
 
 def _interval(program: Program) -> float:

@@ -189,6 +189,8 @@ class Entries:
                 value = c.select(odd, c.constant(0.0, REAL) - value, value)
                 if kind == NUMBER:
                     values.store(value, i)
+                elif type == INT:
+                    values.store(c.whole(value), i)
                 else:
                     store_narrow(c, type, values, c.whole(value), i)
 
@@ -201,7 +203,8 @@ class Entries:
                 if kind == NUMBER:
                     value = values.load(REAL, i)
                 elif kind == INTEGER:
-                    value = c.real(load_signed(c, values, i))
+                    number = values.load(INT, i) if type == INT else load_signed(c, values, i)
+                    value = c.real(number)
                 else:
                     bit = load_narrow(c, type, values, i)
                     value = c.select(bit.equals(0), c.constant(0.0, REAL), 1.0)

@@ -30,7 +30,7 @@ from planarc.export.instance.block import BYTE, constant, plan, whole
 from planarc.export.plan import Own, Phase, Table
 from planarc.ir.frame import Frame
 
-_OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64")
+_OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "UInt64")
 _REFUSED = (
     *(f"fmi3{way}{kind}" for kind in (*_OTHER_KINDS, "String", "Binary", "Clock")
       for way in ("Get", "Set")),
@@ -43,14 +43,16 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False) -> Entries:
-    """All of them."""
+def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
+    """All of them, for models with delays and variables of enumerations or without."""
     e = Entries(_log, delayed=delayed)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
         c.give(constant(c, e.string("3.0")))
     _life(e)
-    for name, kind, type in (("Float64", NUMBER, "double"), ("Int32", INTEGER, "i32"),
-                             ("Boolean", TRUTH, BYTE)):  # fmt: skip
+    kinds = [("Float64", NUMBER, "double"), ("Int32", INTEGER, "i32"), ("Boolean", TRUTH, BYTE)]
+    if enumerations:
+        kinds.append(("Int64", INTEGER, INT))
+    for name, kind, type in kinds:
         e.getter(f"fmi3Get{name}", kind, type, True)
         e.setter(f"fmi3Set{name}", kind, type, True)
     _model_exchange(e)
@@ -64,7 +66,7 @@ def functions(delayed: bool = False) -> Entries:
     e.restore("fmi3SetFMUState")
     e.forget("fmi3FreeFMUState")
     e.serialize("fmi3SerializeFMUState", "fmi3SerializedFMUStateSize", "fmi3DeserializeFMUState")
-    e.refused(_REFUSED)
+    e.refused((*_REFUSED, *(() if enumerations else ("fmi3GetInt64", "fmi3SetInt64"))))
     return e
 
 

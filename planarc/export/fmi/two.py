@@ -37,8 +37,8 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False) -> Entries:
-    """All of them."""
+def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
+    """All of them. Variables of enumerations are told as integers are."""
     e = Entries(_log, _plain, delayed, by_uri=True)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):

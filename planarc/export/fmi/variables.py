@@ -5,7 +5,9 @@ Out:  Seen    one for each value: names that share it are its aliases
 
 A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
 output have references of their own, since each may be one, and so have those of another unit
-(the angle and a force of the ground are both zero). Where the choice of
+(the angle and a force of the ground are both zero) or with limits of their own. Those of a value
+that is held at the start have, too: the standard lets one name of a reference have a start, and
+it is to be set by each. Where the choice of
 states may change, the states are variables of their own: `_state[1]` is the first of them,
 whichever coordinate that is, and its derivative `der(_state[1])`.
 """
@@ -21,11 +23,12 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
+from planarc.export.fmi.limits import Declared, kept
 from planarc.export.instance.block import OTHER
 from planarc.export.plan import is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Kind
-from planarc.ir.program import Column, ParameterSlot, Program
+from planarc.ir.program import Column, Enumeration, ParameterSlot, Program
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
@@ -56,6 +59,7 @@ class Seen(Data):
     maximum: float | None = None
     nominal: float | None = None
     derivative: int | None = None
+    type: Enumeration | None = None
     aliases: tuple[Column, ...] = ()
 
 
@@ -71,14 +75,15 @@ class Interface(Data):
 
 
 def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Interface:
-    """With what outputs and derivatives depend on, where the states are always the same."""
+    """With what outputs and derivatives depend on, where the states are always the same and it is
+    known what moves with the time."""
     from planarc.export.fmi.dependencies import KINDS, find_dependencies
 
-    if any(r >= 8 * program.size for r in shown.states):
-        return shown
     nodes = {slot: node for node, slot in enumerate(slopes.slots) if slot >= 0}
-    inputs = [v.reference for v in shown.variables if v.causality == "input"]
-    knowns = {nodes[r // 8]: r for r in (*shown.states, *inputs) if r // 8 in nodes}
+    if any(r >= 8 * program.size for r in shown.states) or 0 not in nodes:
+        return shown
+    own = [v.reference for v in shown.variables if v.causality in ("input", "independent")]
+    knowns = {nodes[r // 8]: r for r in (*shown.states, *own) if r // 8 in nodes}
     tunable = tunable_parameters(program)
     fixed = {c.name for c in program.columns if c.constant} - tunable
     found = find_dependencies(slopes, knowns, fixed, tunable)
@@ -88,7 +93,7 @@ def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Int
     return replace(
         shown,
         dependencies={
-            r: {knowns[k]: KINDS[kind] for k, kind in sorted(found[nodes[slot]].items())}
+            r: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
             if (slot := r % OTHER // 8) in nodes
             else {}
             for r in (*outputs, *shown.rates)
@@ -179,6 +184,19 @@ def _never_exchanged(program: Program) -> bool:
     return not open_blocks(program) and homes
 
 
+def _types(program: Program) -> dict[str, Enumeration]:
+    """The types of variables, with names that nothing else has."""
+    taken = {_name(c.name) for c in program.columns}
+    found: dict[str, Enumeration] = {}
+    for type in program.enumerations:
+        name = type.name
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        found |= dict.fromkeys(type.members, replace(type, name=name))
+    return found
+
+
 class _Shown:
     """Variables by their groups of columns."""
 
@@ -198,19 +216,28 @@ class _Shown:
             own = {c.display for c in program.candidates}
         self._outputs, self._inputs = own, set(program.inputs)
         self._discrete = {d.slot for d in program.discretes}
+        self._declared = Declared(program, w)
+        self._types = _types(program)
 
     def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
         """The variables that a group of names makes."""
         first = self.group(reference, columns, state)
         apart = [c for c in first.aliases if first.causality == "output" or
-                 (first.kind == NUMBER and c.unit != first.unit)]  # fmt: skip
+                 (first.initial == "exact" and first.causality == "local") or
+                 (first.kind == NUMBER and c.unit != first.unit) or
+                 self._limited_otherwise(c, first)]  # fmt: skip
         found = [replace(first, aliases=tuple(c for c in first.aliases if c not in apart))]
         for k, column in enumerate(apart, 1):
             other = self.group(reference, [column], None)
-            initial = "calculated"  # a start value is set by one name
-            found.append(replace(other, reference=reference + k * OTHER, initial=initial,
-                                 start=None))  # fmt: skip
+            found.append(replace(other, reference=reference + k * OTHER))
         return found
+
+    def _limited_otherwise(self, column: Column, first: Seen) -> bool:
+        """Whether a name has limits of its own that are not those of a variable."""
+        if not self._declared.declares(column):
+            return False
+        own = self._declared.limits(column, column.sign * float(self._w[column.slot]))
+        return own != (first.minimum, first.maximum)
 
     def group(self, reference: int, columns: list[Column], state: int | None) -> Seen:
         main = next((c for c in columns if c.name in self._outputs and not c.constant), columns[0])
@@ -218,28 +245,23 @@ class _Shown:
         main = next((c for c in columns if c.name in self._inputs), main)
         kind, sign = reference // 2 % 4, reference % 2
         parameter = self._parameters.get(main.name)
-        value: Any = -self._w[main.slot] if sign else self._w[main.slot]
+        value: Any = 0.0 - self._w[main.slot] if sign else self._w[main.slot]
         steady = kind != NUMBER or main.slot in self._discrete
         causality, variability = "local", "discrete" if steady else "continuous"
         initial: str | None = "calculated"
-        minimum = maximum = None
-        description = main.description
+        limits = self._declared.limits(main, float(value))
         if main.name in self._inputs:
             causality, initial = "input", None
         elif parameter is not None and is_settable(parameter):
             causality, variability, initial = "parameter", "fixed", "exact"
             if main.name in self._tunable:
                 variability = "tunable"
-            minimum, maximum = parameter.minimum, parameter.maximum
-            if parameter.literals:
-                minimum, maximum = 1, len(parameter.literals)
-                told = ", ".join(f"{k} {name}" for k, name in enumerate(parameter.literals, 1))
-                description = f"{main.description} ({told})".strip()
+            limits = kept((parameter.minimum, parameter.maximum), float(value), kind != NUMBER)
         elif all(c.constant for c in columns):
             variability = "tunable" if main.name in self._tunable else "fixed"
         elif main.name in self._outputs:
             causality = "output"
-        if main.slot in self._held and not sign and initial == "calculated":
+        if main.slot in self._held and initial == "calculated":
             initial = "exact"
         return Seen(
             reference=reference,
@@ -251,11 +273,12 @@ class _Shown:
             start=None if initial == "calculated" else float(value),
             unit=main.unit if kind == NUMBER else "",
             display_unit=main.display_unit if kind == NUMBER else "",
-            description=description,
-            minimum=minimum,
-            maximum=maximum,
-            nominal=self._nominals.get(main.slot) or None,
+            description=main.description,
+            minimum=limits[0],
+            maximum=limits[1],
+            nominal=self._nominals.get(main.slot) or self._declared.size((main, *columns)),
             derivative=state,
+            type=self._types.get(main.name),
             aliases=tuple(c for c in columns if c is not main and _name(c.name) != main.name),
         )
 

@@ -43,7 +43,7 @@ def block_functions(delayed: bool, apart: bool) -> tuple[str, ...]:
     """The texts of all of them. `delayed`: the model has a past; `apart`: its numbers stand in a
     file (`stored`)."""
     return (_larger(), _copy(), _unpack(apart), _new(apart), _reset(delayed, apart), _save(),
-            _load(delayed), _refresh(), _place(), _set())  # fmt: skip
+            _load(delayed), _refresh(), _place(), _set(apart))  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
@@ -263,8 +263,10 @@ def _place(c: Code, m: Value, given: Value, kind: Value) -> None:
 
 
 @function("i32 px_set(ptr m, i64 reference, i64 kind, double value)")
-def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None:
-    """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number."""
+def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value, apart: bool) -> None:
+    """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number. A
+    start goes by all names of its value. Some hosts set everything, each name to what is described
+    of it: the start at export is then no news to one that was given by another name."""
     place = c.call(POINTER, "px_place", m, reference, kind)
     slot = own(reference) / 8
     behind = slot - plan(c, Table.SIZE) - plan(c, Table.STATES) * 2
@@ -302,8 +304,13 @@ def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value) -> None
     with c.when(rule < INPUT):
         place.store(wanted)
     with c.when(rule >= FIRST_GIVEN):
+        given = m.load(POINTER, Own.GIVEN)
+        by, known = reference + 1, given.load(INT, rule - FIRST_GIVEN)
+        exported = image(c, m, apart).at(plan(c, Table.WORKSPACE)).load(REAL, slot)
+        with c.when(~(known.equals(0) | known.equals(by)) & wanted.equals(exported), leaves=True):
+            c.give(0)
         m.load(POINTER, Own.STARTS).store(wanted, rule - FIRST_GIVEN)
-        m.load(POINTER, Own.GIVEN).store(whole(c, 1), rule - FIRST_GIVEN)
+        given.store(by, rule - FIRST_GIVEN)
         place.store(wanted)
     m.store(whole(c, Stale.START), Own.STALE)
     c.give(0)

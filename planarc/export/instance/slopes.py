@@ -1,7 +1,7 @@
-"""Derivatives of an exported model's values by its states and inputs, exact, in LLVM.
+"""Derivatives of an exported model's values by its states, inputs and the time, exact, in LLVM.
 
     px_seed(block, width)                         nothing moves; states move as told
-    px_move(block, place, column, by) -> flag     a state or an input moves; 1 where it is none
+    px_move(block, place, column, by) -> flag     a state, an input or the time moves; 1: none
     px_pass(block) -> flag                        all motions, through loops by their equations
     px_moved(block, place, column) -> motion      of a value in the workspace
 
@@ -37,15 +37,14 @@ def slope_functions() -> tuple[str, ...]:
 
 
 def nodes_of(program: Program, slopes: Slopes | None) -> list[int]:
-    """The node of each slot. The time is none that a host may ask for."""
-    found = [UNKNOWN] * program.size
+    """The node of each slot, and behind them that of what is no slot."""
+    found = [UNKNOWN] * (program.size + 1)
     if slopes is not None:
         for slot in slopes.wanted:
             found[slot] = RESTS
         for node, slot in enumerate(slopes.slots):
             if slot >= 0:
                 found[slot] = node
-    found[0] = UNKNOWN
     return found
 
 
@@ -55,12 +54,12 @@ def has_slopes(c: Code) -> Value:
 
 
 def slot_of(c: Code, m: Value, place: Value) -> Value:
-    """The slot of an address in the workspace; that of the time, which is known to be none's, for
-    any other."""
+    """The slot of an address in the workspace; the number of slots for any other."""
     first = c.emit(INT, f"ptrtoint ptr {m.load(POINTER, Frame.W).text} to i64")
     slot = (c.emit(INT, f"ptrtoint ptr {place.text} to i64") - first) / 8
-    inside = (slot >= 0) & (slot < plan(c, Table.SIZE))
-    return c.emit(INT, f"select i1 {inside.text}, i64 {slot.text}, i64 0")
+    size = plan(c, Table.SIZE)
+    inside = (slot >= 0) & (slot < size)
+    return c.emit(INT, f"select i1 {inside.text}, i64 {slot.text}, i64 {size.text}")
 
 
 def node_of(m: Value, slot: Value) -> Value:
@@ -96,7 +95,7 @@ def _move(c: Code, m: Value, place: Value, column: Value, by: Value) -> None:
     columns, motions = (passing.load(POINTER, k) for k in (Passing.COLUMNS, Passing.MOTIONS))
     slot = slot_of(c, m, place)
     node = node_of(m, slot)
-    known = m.load(POINTER, Own.RULES).load(INT, slot).equals(INPUT)
+    known = m.load(POINTER, Own.RULES).load(INT, slot).equals(INPUT) | slot.equals(0)
     with c.when(node < 0, leaves=True):
         c.give(c.select(known, c.constant(0, FLAG), c.constant(1, FLAG)))
     with c.when(~(known | (columns.load(INT, node) >= 0)), leaves=True):

@@ -155,7 +155,7 @@ def _part(c: Code, m: Value, wanted: Value, part: Value, apart: bool) -> None:
     flag = c.call(FLAG, "pc_parameters", m, w.load(REAL))
     given, starts = m.load(POINTER, Own.GIVEN), m.load(POINTER, Own.STARTS)
     slots = constant(c, "px_starts")
-    with c.loop(plan(c, Table.GIVEN)) as k, c.when(given.load(INT, k).equals(1)):
+    with c.loop(plan(c, Table.GIVEN)) as k, c.when(given.load(INT, k) > 0):
         slot = slots.load(INT, k)
         w.store(between(slot, starts.load(REAL, k)), slot)
     c.give(flag)

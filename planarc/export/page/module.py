@@ -26,8 +26,8 @@ from planarc.export.link.wasm import write_module
 from planarc.export.module import write_texts
 from planarc.export.objects import compile_texts
 from planarc.export.page.entries import functions
+from planarc.export.page.held import taken
 from planarc.export.plan import is_eventful
-from planarc.export.refusal import refuse
 from planarc.export.wishes import tolerance_of
 from planarc.ir.derivatives import Scope
 
@@ -50,8 +50,7 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     """The module of a model."""
     from planarc.codegen.slopes import derive_slopes
 
-    program = compiled.program
-    refuse(program)
+    program = taken(compiled.program)
     image = replace(take_image(compiled), stiff=stiff)
     entries = functions(is_eventful(program))
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None

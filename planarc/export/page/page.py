@@ -30,6 +30,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.export.instance.ends import CROWDED
 from planarc.export.instance.settling import ENDLESS
 from planarc.export.page.drawing import Drawing, draw
+from planarc.export.page.held import held_inputs
 from planarc.export.page.module import make_module
 from planarc.export.page.told import told_of
 from planarc.export.plan import is_eventful, is_settable
@@ -128,7 +129,7 @@ def _groups(compiled: Compiled, result: Result, starts: frozenset[int]) -> Itera
     """The fields that a run takes: inputs, no structural ones, and of start values those that are
     held."""
     program = compiled.program
-    driven = inputs_of(program, result)
+    driven = inputs_of(program, result, [d.name for d in held_inputs(program)])
     if driven:
         yield Group("Inputs", "held during the run", driven)
     free = {p.name for p in program.parameter_slots if is_settable(p)}
@@ -144,6 +145,7 @@ def _places(program: Program, groups: tuple[Group, ...]) -> Iterator[tuple[str, 
     known = {c.name: c for c in program.columns}
     slots = {p.name: p.slot for p in program.parameter_slots}
     slots |= {name: program.slots[name] for name in program.inputs}
+    slots |= {d.name: d.slot for d in held_inputs(program)}
 
     def place(f: Field) -> tuple[int, int]:
         return (known[f.name].slot, known[f.name].sign) if f.start else (slots[f.name], 1)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from msgspec import Struct
@@ -93,14 +93,17 @@ def groups_of(program: Program, w: Any) -> tuple[Group, ...]:
     return _scaled(tuple(found))
 
 
-def inputs_of(program: Program, values: Any) -> tuple[Field, ...]:
+def inputs_of(program: Program, values: Any, others: Sequence[str] = ()) -> tuple[Field, ...]:
     """Fields of the model's inputs, which a run holds at one value; `values` are the rows of a run
-    by name. Derivatives of other inputs stay 0."""
+    by name. Derivatives of other inputs stay 0. `others` are inputs that are no Reals."""
     known = {c.name: c for c in program.columns}
     wanted = [known[n] for n in program.inputs if n in known and not n.startswith("der(")]
+    wanted += [known[name] for name in others]
+    literals = {name: e.literals for e in program.enumerations for name in e.members}
+    limits = {told.name: told.numbers for told in program.limits}
     return tuple(
-        _field(c.name, c.name, c.kind, float(values[c.name][0]), c.unit, c, (None, None),
-               c.description)
+        _field(c.name, c.name, c.kind, float(values[c.name][0]), c.unit, c,
+               limits.get(c.name, (None, None)), c.description, literals=literals.get(c.name, ()))
         for c in wanted
     )  # fmt: skip
 

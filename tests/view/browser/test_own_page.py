@@ -82,6 +82,28 @@ def test_what_cannot_be_stands_at_its_field(four_bar: Path, open_page: Callable[
     assert angle(page, 1.0) == pytest.approx(wanted(0.35, 1.0), abs=1e-6)
 
 
+def test_a_run_is_made_no_longer_than_a_page_can_answer(
+    four_bar: Path, open_page: Callable[..., Any]
+) -> None:
+    """A thousand times as long as the experiment of 10 s, also by the address."""
+    page = open_page(four_bar)
+    settle(page)
+    row, stop = field(page, "$stop"), "planarcPlayer.reader.stop"
+    for given in ("10001", "1e9", "1e300"):
+        row.locator("input[type=text]").fill(given)
+        settle(page)
+        assert "at most 10000 s" in row.inner_text()
+        assert page.evaluate(stop) == 10.0
+    row.locator("input[type=text]").fill("40")
+    settle(page)
+    assert page.evaluate(stop) == 40.0 and "at most" not in row.inner_text()
+    other = open_page(f"{four_bar.absolute().as_uri()}#$stop=1e9")
+    settle(other)
+    told = "the address gives $stop a value that is not taken: at most 10000 s"
+    assert told in other.inner_text("#notes")
+    assert other.evaluate(stop) == 10.0
+
+
 def test_the_address_holds_the_values(four_bar: Path, open_page: Callable[..., Any]) -> None:
     page = open_page(four_bar)
     settle(page)
@@ -102,6 +124,49 @@ def test_the_address_holds_the_values(four_bar: Path, open_page: Callable[..., A
     assert "the address gives no.such a value that is not taken: not in this model" in told
     assert "the address gives crank.r[1] a value that is not taken: not a number" in told
     assert angle(strange, 1.0) == pytest.approx(wanted(0.4, 1.0), abs=1e-6)
+
+
+def test_inputs_that_are_no_reals_are_chosen(open_page: Callable[..., Any], tmp_path: Path) -> None:
+    text = """model Switched
+  type Way = enumeration(back, forth);
+  input Boolean on(start=true);
+  input Integer n(start=2, max=5);
+  input Way way(start=Way.forth);
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Prismatic slide(s(start=0, fixed=true), drivenFlange=true);
+  PlanarMultiBody.Parts.BodyShape body(r={0, 1}, m=1, I=1);
+  Modelica.Mechanics.Translational.Sources.Speed drive(exact=true);
+equation
+  drive.v_ref = if on then n*(if way == Way.back then -1 else 1) else 0;
+  connect(drive.flange, slide.axis);
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, body.frame_a);
+end Switched;
+"""
+    path = planarc.load(text).export_page(tmp_path / "switched.html")
+    page = open_page(path)
+    settle(page)
+
+    def end() -> float:
+        return float(page.evaluate(POSE, ["body", 1.0])["x"])
+
+    assert end() == pytest.approx(2.0, abs=1e-6)
+    field(page, "way").locator("select").select_option(label="back")
+    settle(page)
+    assert end() == pytest.approx(-2.0, abs=1e-6)
+    count = field(page, "n").locator("input[type=text]")
+    count.fill("2.5")
+    settle(page)
+    assert "a whole number" in field(page, "n").inner_text()
+    count.fill("6")
+    settle(page)
+    assert "at most 5" in field(page, "n").inner_text()
+    count.fill("3")
+    settle(page)
+    assert end() == pytest.approx(-3.0, abs=1e-6)
+    field(page, "on").locator("select").select_option(label="false")
+    settle(page)
+    assert end() == pytest.approx(0.0, abs=1e-6)
 
 
 def test_curves_follow_and_runs_are_kept(four_bar: Path, open_page: Callable[..., Any]) -> None:
