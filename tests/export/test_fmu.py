@@ -15,7 +15,6 @@ from fmpy.validation import validate_fmu
 
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
-from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.export.fmu import make_fmu
 from planarc.export.wishes import Wishes
@@ -267,11 +266,3 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 def test_five_platforms_take_little_room(name: str, most: int) -> None:
     """Of 23 contacts more than of a loop: each platform has code of its own."""
     assert len(make_fmu(compiled(name), Wishes()).data) < most
-
-
-def test_crowds_are_refused() -> None:
-    crowd = compile_model(Request(class_name="PlanarMultiBody.Examples.Contacts.FullBox"))
-    with pytest.raises(PlanarcError) as raised:
-        make_fmu(crowd, Wishes())
-    (first,) = raised.value.diagnostics
-    assert first.code == "C300" and first.span is not None and "`crowd`" in first.message

@@ -51,9 +51,9 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     from planarc.codegen.slopes import derive_slopes
 
     program = compiled.program
-    refuse(program)
+    refuse(program, stiff)
     image = replace(take_image(compiled), stiff=stiff)
-    entries = functions(is_eventful(program))
+    entries = functions(is_eventful(program), image.step is not None)
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
     texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, stiff)
     objects = compile_texts(texts, _TRIPLE)
