@@ -73,7 +73,7 @@ def take_image(compiled: Compiled) -> Image:
             timed=_timed(program, kernel, request.start),
             span=request.span,
             lags=_lags(program, kernel, request),
-            step=request.fixed_step if request.stepping else None,
+            step=run.integrator.last_step() if request.stepping else None,
         )
     finally:
         run.close()

@@ -220,8 +220,8 @@ def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) 
         *(() if crowded else step_functions(delayed)),
         *advance_functions(delayed, crowded),
         *events,
-        *(past_functions() if delayed else ()),
-        *(crowd_functions() if crowded else contact_functions() if touches else (_APART,)),
+        *(past_functions(crowded) if delayed else ()),
+        *(crowd_functions(delayed) if crowded else contact_functions() if touches else (_APART,)),
         *((*slope_functions(), *stiff_functions()) if derived else (_EXPLICIT,)),
         entries.text(),
     )

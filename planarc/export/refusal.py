@@ -35,9 +35,6 @@ def refuse(program: Program, stiff: bool = False) -> None:
 
 def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     acting = [a for when in program.whens for *_, found in when.branches for a in found]
-    crowds = {a.component: a.span for a in acting if isinstance(a, Impact) and a.crowd}
-    for name, span in crowds.items() if program.delays else ():
-        yield f"the crowd `{name}` of a model with `delay`", span
     for d in program.discretes:
         if d.given is not None:
             kind = "an enumeration" if d.kind is Kind.ENUMERATION else d.kind.value
@@ -55,6 +52,7 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     formulas += [r.zero for r in program.relations]
     formulas += [a.value for a in acting if isinstance(a, SetDiscrete | Reinit)]
     formulas += [a.condition for a in acting if isinstance(a, Assertion)]
+    formulas += [e for a in acting if isinstance(a, Impact) for e in a.arguments]
     formulas += [e for _, *pair, _ in program.samplers for e in pair]
     called = dict.fromkeys(e.data[0] for e in postorder(formulas) if e.op is Op.APPLY)
     for name in called:

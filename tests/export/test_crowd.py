@@ -21,9 +21,12 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import planarc
-from planarc.core.diagnostic import PlanarcError, UsageError
+from planarc.core.diagnostic import UsageError
 from planarc.export.c.source import make_source
+from planarc.export.fmi.three import functions
 from planarc.export.fmu import make_fmu
+from planarc.export.image import take_image
+from planarc.export.module import write_texts
 from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
 from planarc.export.wishes import Wishes
@@ -133,7 +136,18 @@ equation
 end Drum;
 """
 )
-MODELS = {"Box": BOX, "Loop": LOOP, "Drum": DRUM}
+#: A bar that is pulled as a circle was a while ago.
+LATE = BOX.replace("Box", "Late").replace(
+    "equation\n",
+    """  Forces.WorldForce push;
+  Real pull = 3*sin(10*time) - 5*a.v[2];
+  output Real late = delay(pull, 0.0125);
+equation
+  push.force = {late, 0};
+  connect(push.frame_b, d.frame_a);
+""",
+)
+MODELS = {"Box": BOX, "Loop": LOOP, "Drum": DRUM, "Late": LATE}
 #: A ball in a box, with a force from outside, or with the same one by itself.
 FED = (
     "model Fed\n  import PlanarMultiBody.*;\n  inner World world;\n"
@@ -415,11 +429,14 @@ def test_a_page_tells_of_bodies_that_overlap() -> None:
     assert "bodies overlap in `crowd`" in page.text and page.fields > 10
 
 
-def test_what_cannot_be_is_refused() -> None:
-    text = BOX.replace("equation\n", "  Real late = delay(a.r[1], 0.1);\nequation\n")
-    with pytest.raises(PlanarcError) as raised:
-        make_fmu(planarc.load(text).compiled(), Wishes())
-    assert "`delay`" in raised.value.diagnostics[0].message
+def test_functions_have_names_of_their_own() -> None:
+    compiled = loaded("Late").compiled()
+    texts = write_texts(compiled.program, take_image(compiled), functions(True, True), "", 1e-8)
+    names = re.findall(r"^define [^@]*@(\w+)\(", texts[0], re.MULTILINE)
+    assert len(names) > 100 and len(set(names)) == len(names)
+
+
+def test_implicit_steps_are_refused() -> None:
     for export in (make_fmu, make_source):
         with pytest.raises(UsageError) as refused:
             export(loaded("Box").compiled(), Wishes(stiff=True))

@@ -14,6 +14,7 @@ declare ptr @px_member(i64)
 """
 
 
-def crowd_functions() -> tuple[str, ...]:
+def crowd_functions(delayed: bool) -> tuple[str, ...]:
+    """`delayed`: the model has a past."""
     return (_MODEL, *place_functions(), *meeting_functions(), *response_functions(),
-            *impulse_functions(), *step_functions())  # fmt: skip
+            *impulse_functions(), *step_functions(delayed))  # fmt: skip

@@ -55,8 +55,8 @@ def _lie(c: Code, m: Value) -> None:
         m, Area.BODIES, Area.GAPS, Area.ENDS, Area.BOUND, Area.BAR
     )
     n = said(c, Count.MEMBERS)
-    c.run("px_gather", m, part(c, Part.MEMBERS), n * len(Of), bodies)
-    c.run("px_gather", m, part(c, Part.OF_TOUCHES), said(c, Count.TOUCHES) * 3, gaps)
+    c.run("px_collect", m, part(c, Part.MEMBERS), n * len(Of), bodies)
+    c.run("px_collect", m, part(c, Part.OF_TOUCHES), said(c, Count.TOUCHES) * 3, gaps)
     x, y, phi, *lines, radius, _, _ = _of(c, m, *Of)
     with c.loop(n) as i:
         u, v, to_u, to_v = (line.load(REAL, i) for line in lines)

@@ -1,7 +1,7 @@
 """Values and pushes of ports, states and their derivatives, in LLVM.
 
 px_see(block, t, states) -> flag         evaluate, also what stands in no slot
-px_gather(block, values, count, out)     values of the table
+px_collect(block, values, count, out)     values of the table
 px_push(block, forces)                   set the force at each port
 px_rates(block, out)                     derivatives of the states, from the workspace
 px_kinds(block)                          which states are places, and where their speeds are
@@ -36,7 +36,7 @@ def _see(c: Code, m: Value, t: Value, y: Value) -> None:
     c.give(0)
 
 
-@function("void px_gather(ptr m, ptr values, i64 count, ptr out)")
+@function("void px_collect(ptr m, ptr values, i64 count, ptr out)")
 def _gather(c: Code, m: Value, values: Value, count: Value, out: Value) -> None:
     w, _, _, _ = open_frame(m)
     (sensed,) = arrays(m, Area.SENSED)

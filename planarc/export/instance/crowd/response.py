@@ -5,7 +5,7 @@
     px_entries(rows, a, columns, b) -> count     no more entries than c has
     px_respond(block, t, states) -> flag         what forces at the active ports do
     px_arrange(block, count)                     the contacts by ports
-    px_join(block, count) -> flag                the motion of all contacts by their impulses; 1
+    px_couple(block, count) -> flag                the motion of all contacts by their impulses; 1
                                                  where there is no memory
 
 Reference: `solve.stepping.ports`.
@@ -106,7 +106,7 @@ def _respond(c: Code, m: Value, t: Value, y: Value) -> None:
     starts, felt = part(c, Part.FELT_STARTS), part(c, Part.FELT)
     state_starts, state_felt = part(c, Part.STATE_STARTS), part(c, Part.STATE_FELT)
     colours, accelerations = part(c, Part.COLOUR), part(c, Part.ACCELERATIONS)
-    c.run("px_gather", m, accelerations, ports, free)
+    c.run("px_collect", m, accelerations, ports, free)
     c.run("px_rates", m, slopes)
     for which, entries in ((starts, velocity), (state_starts, of_states)):
         rows = ports if which is starts else plan(c, Table.MOVED)
@@ -123,7 +123,7 @@ def _respond(c: Code, m: Value, t: Value, y: Value) -> None:
         with c.when(some.get().equals(1)):
             c.run("px_push", m, forces)
             attempt(c, "px_see", m, t, y)
-            c.run("px_gather", m, accelerations, ports, moved)
+            c.run("px_collect", m, accelerations, ports, moved)
             c.run("px_rates", m, others)
             c.run("px_differ", m, moved, free, ports, order, starts, felt, velocity, colour)
             c.run("px_differ", m, others, slopes, states, candidate, state_starts, state_felt,
@@ -162,7 +162,7 @@ def _arrange(c: Code, m: Value, count: Value) -> None:
     c.give()
 
 
-@function("i32 px_join(ptr m, i64 count)")
+@function("i32 px_couple(ptr m, i64 count)")
 def _join(c: Code, m: Value, count: Value) -> None:
     """In memory that begins at `Area.M_COLUMNS` and at `Area.A_COLUMNS`: how much is known no
     sooner."""

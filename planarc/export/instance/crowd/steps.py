@@ -46,9 +46,10 @@ HALF, STRUCK, FREE, NEW, MEAN, WAY, SPEEDS, RATES = range(8)
 _APART = (Area.A_COLUMNS, Area.M_COLUMNS, Area.KEY)
 
 
-def step_functions() -> tuple[str, ...]:
-    return (_unstruck(), _begin(), _bring(), _arrays(), _strike(), _answer(), _mean(), _finish(),
-            _moment(), _try(), _between())  # fmt: skip
+def step_functions(delayed: bool) -> tuple[str, ...]:
+    """`delayed`: steps become past."""
+    return (_unstruck(), _begin(delayed), _bring(), _arrays(), _strike(), _answer(), _mean(),
+            _finish(), _moment(), _try(delayed), _between())  # fmt: skip
 
 
 @function("void px_unstruck(ptr m)", seldom=True)
@@ -65,7 +66,7 @@ def _unstruck(c: Code, m: Value) -> None:
 
 
 @function("i32 px_begin(ptr m)")
-def _begin(c: Code, m: Value) -> None:
+def _begin(c: Code, m: Value, delayed: bool) -> None:
     y, (begin, end, slopes) = m.load(POINTER, Own.Y), _vectors(c, m, BEGIN, END, FREE)
     n, (w, _, _, _) = plan(c, Table.STATES), open_frame(m)
     exact, reach = m.load(INT, Own.EXACT).equals(1), m.load(REAL, Own.REACH)
@@ -87,6 +88,9 @@ def _begin(c: Code, m: Value) -> None:
     c.run("px_copy", begin, y, n)
     kept(m).store(t, Kept.ORIGIN)
     kept(m).store(whole(c, 0), Kept.INDEX)
+    if delayed:
+        attempt(c, "px_see", m, t, y)
+        c.run("px_resume", m, t)
     c.give(0)
 
 
@@ -133,7 +137,7 @@ def _strike(c: Code, m: Value, t: Value, h: Value) -> None:
         port = places.load(INT, k)
         with c.when(still.load(INT, port).equals(0)):
             active.store(whole(c, 1), port)
-    for call, given in (("px_respond", (t, y)), ("px_join", (count,))):
+    for call, given in (("px_respond", (t, y)), ("px_couple", (count,))):
         with c.when(~c.call(FLAG, call, m, *given).equals(0), leaves=True):
             c.give(-1)
     c.run("px_recall", m, count)
@@ -151,7 +155,7 @@ def _answer(c: Code, m: Value, h: Value, count: Value) -> None:
     c.give()
 
 
-@function("i32 px_mean(ptr m, double t, double h, i64 count)")
+@function("i32 px_mean_forces(ptr m, double t, double h, i64 count)")
 def _mean(c: Code, m: Value, t: Value, h: Value, count: Value) -> None:
     """The states behind impulses and forces, which are those of the mean velocities."""
     n, (is_place, after, others) = (
@@ -175,7 +179,7 @@ def _mean(c: Code, m: Value, t: Value, h: Value, count: Value) -> None:
         with _moving(c, n, is_place) as i:
             free.store(y.load(REAL, i) + h * others.load(REAL, i), i)
         attempt(c, "px_see", m, t, free)
-        c.run("px_gather", m, part(c, Part.RATES), said(c, Count.PORTS), after)
+        c.run("px_collect", m, part(c, Part.RATES), said(c, Count.PORTS), after)
         c.run("px_answer", m, h, count)
     c.give(0)
 
@@ -218,17 +222,17 @@ def _moment(c: Code, m: Value, t: Value, h: Value) -> None:
     c.run("px_copy", half, y, n)
     attempt(c, "px_half_way", m, t, y, y, half, h)
     attempt(c, "px_see", m, middle, half)
-    c.run("px_gather", m, velocities, ports, before)
+    c.run("px_collect", m, velocities, ports, before)
     c.run("px_rates", m, rates)
     c.run("px_copy", free, half, n)
     with _moving(c, n, is_place) as i:
         free.store(half.load(REAL, i) + h * rates.load(REAL, i), i)
     attempt(c, "px_see", m, middle, free)
-    c.run("px_gather", m, velocities, ports, after)
+    c.run("px_collect", m, velocities, ports, after)
     found = c.call(FLAG, "px_strike", m, middle, h)
     count = c.emit(INT, f"sext i32 {found.text} to i64")
     flag = c.variable(c.select(count < 0, c.constant(1, FLAG), c.constant(0, FLAG)), FLAG)
-    for part_ in ("px_mean", "px_finish_step"):
+    for part_ in ("px_mean_forces", "px_finish_step"):
         with c.when(flag.get().equals(0)):
             flag.set(c.call(FLAG, part_, m, middle, h, count))
     for which in _APART:
@@ -237,7 +241,7 @@ def _moment(c: Code, m: Value, t: Value, h: Value) -> None:
 
 
 @function("i32 px_try(ptr m, double most)")
-def _try(c: Code, m: Value, most: Value) -> None:
+def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     """At a multiple of the length, where that is not later; 0 where a step leads on."""
     t, length, memory = m.load(REAL, Own.REACH), m.load(REAL, Own.STIFF), kept(m)
     y, end = _vectors(c, m, BEGIN, END)
@@ -263,6 +267,9 @@ def _try(c: Code, m: Value, most: Value) -> None:
     m.store(goal, Own.REACH)
     m.store(h, Own.SPAN)
     m.store(whole(c, 1), Own.EXACT)
+    if delayed:
+        with c.when(h > 0.0):
+            attempt(c, "px_take", m, t, h)
     hold(c, m)
     with c.when(plan(c, Table.INDICATORS) > 0):
         zeros = numbers_of(c, m, Relation.TRIAL)
