@@ -33,6 +33,7 @@ COSINE = (
     4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
     -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
 )  # fmt: skip
+_BOTH = np.array([SINE, COSINE])
 
 
 def sine_and_cosine(angles: Vector) -> tuple[Vector, Vector]:
@@ -42,15 +43,16 @@ def sine_and_cosine(angles: Vector) -> tuple[Vector, Vector]:
     for part in PARTS:
         x = x - k * part
     z = x * x
-    across, along = _series(z, SINE), _series(z, COSINE)
+    across, along = _series(z, _BOTH)
     sine, cosine = x + x * z * across, 1.0 - (z * 0.5 - z * z * along)
     quarter = k.astype(np.int64) & 3
     odd, back = (quarter & 1) == 1, np.where(quarter >= 2, -1.0, 1.0)
     return np.where(odd, cosine, sine) * back, np.where(odd, -sine, cosine) * back
 
 
-def _series(z: Vector, coefficients: tuple[float, ...]) -> Vector:
-    total: Vector = np.full_like(z, coefficients[-1])
-    for c in reversed(coefficients[:-1]):
-        total = total * z + c
+def _series(z: Vector, rows: Vector) -> Vector:
+    """One series a row, by its coefficients."""
+    total: Vector = rows[:, -1:]
+    for k in range(rows.shape[1] - 2, -1, -1):
+        total = total * z + rows[:, k : k + 1]
     return total

@@ -289,10 +289,8 @@ class Moreau(FixedStep):
 
 def _sums(rows: Vector) -> Vector:
     """The sum of each row, from its begin on."""
-    total = np.zeros(len(rows))
-    for column in rows.T:
-        total = total + column
-    return total
+    found: Vector = np.cumsum(rows, axis=1)[:, -1]
+    return found
 
 
 class _Struck:

@@ -95,7 +95,8 @@ class Area(IntEnum):
     GAPS = auto()  # of touches, with restitution and friction
     BODIES = auto()  # of members, as of `Of`
     ENDS = auto()  # x of the begin of its middle line, y, then those of its end
-    BOUND = auto()  # the radius of a circle about it
+    MIDDLE = auto()  # its middle
+    BOUND = auto()  # the radius of a circle about that
     BAR = auto()
     FOUND = auto()  # one meeting (`Met`)
     KEY = auto()
@@ -173,6 +174,7 @@ def sizes(table: Sequence[int], program: Program) -> dict[int, int]:
         Area.GAPS: 3 * counts[Count.TOUCHES],
         Area.BODIES: len(Of) * members,
         Area.ENDS: 4 * members,
+        Area.MIDDLE: 2 * members,
         Area.BOUND: members,
         Area.BAR: members,
         Area.FOUND: len(Met),

@@ -34,6 +34,9 @@ from planarc.solve.contact.impacts import DEEP
 from planarc.solve.stepping.angles import COSINE, PARTS, QUARTERS, ROUNDER, SINE
 from planarc.solve.stepping.moreau import FAR
 
+#: More than what may be rounding, in what is only looked at first.
+_SLACK = 1.0 + 1e-9
+
 
 def meeting_functions() -> tuple[str, ...]:
     return _lie(), _meet(), _is_pair(), _contacts(), _touching(), _among(), _closes(), _apart()
@@ -51,8 +54,8 @@ def _of(c: Code, m: Value, *which: Of) -> list[Value]:
 
 @function("void px_lie(ptr m)")
 def _lie(c: Code, m: Value) -> None:
-    bodies, gaps, ends, bound, bar = arrays(
-        m, Area.BODIES, Area.GAPS, Area.ENDS, Area.BOUND, Area.BAR
+    bodies, gaps, ends, middle, bound, bar = arrays(
+        m, Area.BODIES, Area.GAPS, Area.ENDS, Area.MIDDLE, Area.BOUND, Area.BAR
     )
     n = said(c, Count.MEMBERS)
     c.run("px_collect", m, part(c, Part.MEMBERS), n * len(Of), bodies)
@@ -65,6 +68,8 @@ def _lie(c: Code, m: Value) -> None:
         for k, (p, q) in enumerate(((u, v), (to_u, to_v))):
             place.store(x.load(REAL, i) + cosine * p - sine * q, 2 * k)
             place.store(y.load(REAL, i) + sine * p + cosine * q, 2 * k + 1)
+        for k in (0, 1):
+            middle.store((place.load(REAL, k) + place.load(REAL, k + 2)) * 0.5, i * 2 + k)
         along, across = to_u - u, to_v - v
         length = root(c, along * along + across * across)
         bound.store(length * 0.5 + radius.load(REAL, i), i)
@@ -127,12 +132,8 @@ def _meet(c: Code, m: Value, first: Value, second: Value, end: Value) -> None:
 @function("i64 px_is_pair(ptr m, i64 first, i64 second, double reach)")
 def _is_pair(c: Code, m: Value, first: Value, second: Value, reach: Value) -> None:
     """How many ends of the first member are looked at."""
-    ends, bound, bar = arrays(m, Area.ENDS, Area.BOUND, Area.BAR)
-
-    def middle(i: Value, k: int) -> Value:
-        return (ends.load(REAL, i * 4 + k) + ends.load(REAL, i * 4 + (k + 2))) * 0.5
-
-    x, y = (middle(first, k) - middle(second, k) for k in (0, 1))
+    middle, bound, bar = arrays(m, Area.MIDDLE, Area.BOUND, Area.BAR)
+    x, y = (middle.load(REAL, first * 2 + k) - middle.load(REAL, second * 2 + k) for k in (0, 1))
     apart = bound.load(REAL, first) + bound.load(REAL, second) + reach
     with c.when(~(x * x + y * y < apart * apart), leaves=True):
         c.give(0, INT)
@@ -223,10 +224,18 @@ def _meetings(
     c: Code, m: Value, begin: Value, end: Value, reach: Value
 ) -> Iterator[tuple[Value, Value, Value, Value]]:
     """All of members that are nearer than `reach`, with the end of the first one and the gap."""
-    with c.loop(end, begin) as first, c.loop(end, begin) as second:
-        count = c.call(INT, "px_is_pair", m, first, second, reach)
-        with c.loop(count) as side:
-            yield first, second, side, c.call(REAL, "px_meet", m, first, second, side)
+    middle, bound = arrays(m, Area.MIDDLE, Area.BOUND)
+    with c.loop(end, begin) as first:
+        x, y = (middle.load(REAL, first * 2 + k) for k in (0, 1))
+        far = bound.load(REAL, first) + reach
+        with c.loop(end, begin) as second:
+            apart = (far + bound.load(REAL, second)) * _SLACK
+            beside = c.absolute(x - middle.load(REAL, second * 2)) < apart
+            over = c.absolute(y - middle.load(REAL, second * 2 + 1)) < apart
+            with c.when(beside & over):
+                count = c.call(INT, "px_is_pair", m, first, second, reach)
+                with c.loop(count) as side:
+                    yield first, second, side, c.call(REAL, "px_meet", m, first, second, side)
 
 
 def _row(c: Code, m: Value, slip: bool) -> list[Value]:
