@@ -180,7 +180,7 @@ def _page(compiled: Compiled, output: Path | None, stiff: bool) -> int:
     from planarc.view.storage import write_text
 
     path = _place(compiled, output, ".html", "_live")  # NAME.html is the report of a run
-    taken(compiled.program)  # before it runs
+    taken(compiled.program, stiff)  # before it runs
     page = make_page(compiled, run(compiled, RunOptions()), stiff)
     save(path, lambda place: write_text(place, page.text))
     console.say(f"written    {path}")
@@ -198,6 +198,8 @@ def _fmu(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
     save(path, lambda place: write_bytes(place, made.data))
     console.say(f"written    {path} (FMI {wishes.version}.0)")
     console.say(f"interface  {_interface(made)}")
+    if not made.exchange:
+        console.say("kind       co-simulation alone: a crowd takes steps of its own (`_step`)")
     return 0
 
 

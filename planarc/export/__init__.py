@@ -7,6 +7,7 @@ plan        the memory of one instance, and what its code must know of the model
 actions     what the model does at events, as code
 fits        what was left out of redundant joints
 touches     what its rigid contacts read and set
+crowds      the same of crowds
 image       its first content: the assembly found here, at export
 module      the code as LLVM modules
 parted      what of it calls the host, or is called by it, and the rest

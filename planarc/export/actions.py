@@ -29,7 +29,7 @@ from planarc.codegen.native.formulas import bit, formula, real
 from planarc.codegen.native.rolling import SHORTEST_SELDOM
 from planarc.codegen.native.spelled import is_spelled
 from planarc.export.instance.settling import ACTED, discrete
-from planarc.export.plan import Own
+from planarc.export.plan import Own, crowd_names
 from planarc.ir.dae import (
     EDGE,
     Action,
@@ -252,7 +252,7 @@ def _act(program: Program) -> str:
         struck.set(c.constant(1, INT))
 
     _each(program, c, m, act, lambda a: isinstance(a, Terminate | Reinit | Assertion))
-    if any(isinstance(a, Impact) for a in actions(program)):
+    if not crowd_names(program) and any(isinstance(a, Impact) for a in actions(program)):
         _each(program, c, m, strike, lambda a: isinstance(a, Impact))
         goes_on = m.load(INT, Own.ENDED).equals(0) & m.load(INT, Own.OVER).equals(0)
         with c.when(struck.get().equals(1) & goes_on):

@@ -22,11 +22,18 @@ from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE
 from planarc.export.instance.block import OTHER
+from planarc.export.plan import crowd_names
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.export.fmi.variables import Interface, Seen
 
+#: Why there is no model exchange.
+_STEPPED = (
+    "<p>Bodies of the crowd meet in steps of one length, at whose ends velocities jump; the "
+    "parameter <code>_step</code> says how long they are. An integrator of another tool cannot do "
+    "that: this FMU is for co-simulation alone.</p>"
+)
 _WIDTH = 640  # pixels of the picture
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
@@ -64,6 +71,7 @@ def _page(compiled: Compiled, shown: Interface) -> str:
         + ".</p>",
         "<p>A loop of the mechanism is put together as it was at export, also where other "
         "parameters and start values are set before the end of the initialization.</p>",
+        _STEPPED if crowd_names(program) else "",
     ]  # fmt: skip
     head = f'<meta charset="utf-8"><title>{escape(program.name)}</title><style>{_STYLE}</style>'
     return f"<!doctype html><html lang=en>{head}{''.join(parts)}</html>\n"
@@ -109,7 +117,10 @@ def _picture(compiled: Compiled) -> str:
     program = compiled.program
     start = program.experiment.start
     try:
-        options = RunOptions(stop=start + 1e-3, intervals=1, backend=compiled.backend)
+        step = 1e-3 if crowd_names(program) else None
+        options = RunOptions(
+            stop=start + 1e-3, intervals=1, fixed_step=step, backend=compiled.backend
+        )
         scene = make_scene(simulate(program, compiled.load(), options))
         if scene.box is None:
             return ""

@@ -22,9 +22,10 @@ from planarc.codegen.native.assembly import INT, POINTER, REAL, SELDOM, Code, Va
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
 from planarc.export.actions import endings, reader
+from planarc.export.crowds import overlaps
 from planarc.export.fits import misfits
 from planarc.export.instance.said import MARK
-from planarc.export.plan import LETTERS, Jam, Own
+from planarc.export.plan import LETTERS, Jam, Own, crowd_names
 from planarc.export.text import text_constant
 from planarc.export.touches import jams
 from planarc.ir.dae import Assertion, Message, Reinit, SetDiscrete, Terminate
@@ -41,6 +42,8 @@ from planarc.solve.messages.failure import unsolved_block
 #: A message names the instant, which only the run knows: it is built for this one.
 THEN = 86753.0
 NOW = f"t = {THEN:.6g} s"
+#: Two bodies of a crowd that overlap: `instance.crowd` stores their names, and how deep.
+PAIR, _PAIR_FORMS = Message(()), ("s0", "s0", "g3")
 _FORM = re.compile(r"%?[-+ #0]*\d*(?:\.(\d*))?([gGeEfFdi])$")
 
 
@@ -50,10 +53,14 @@ def ends(program: Program) -> list[Message]:
         a.message if isinstance(a, Assertion | Terminate) else Message(()) for a in endings(program)
     ]
     apart = Exprs()
+    crowds = crowd_names(program)
     for touch in Points(program).all:
-        depth = apart.sub(touch.read["low"], touch.read["gap"])
+        # Where there is a crowd no touch makes an event: its lowest gap says nothing.
+        low = apart.const(0.0) if crowds else touch.read["low"]
+        depth = apart.sub(low, touch.read["gap"])
         numbers = {Jam.OVERLAP: ((depth, ".3g"),)}
         found += [Message(numbers.get(kind, ())) for kind in Jam]
+    found += [PAIR for _ in crowds]
     conditions = program.sharing.conditions if program.sharing is not None else ()
     return found + [Message(((apart.symbol(c.name), ".2g"),)) for c in conditions]
 
@@ -69,8 +76,9 @@ def values_of(message: Message) -> list[Expr]:
     return list(map(Substitution(table, dict.fromkeys(joined, table.const(math.nan))), found))
 
 
-def ends_of(program: Program) -> Iterator[Diagnostic]:
-    """What a run tells that ends, in the order of the numbers of endings."""
+def ends_of(program: Program, names: bool = True) -> Iterator[Diagnostic]:
+    """What a run tells that ends, in the order of the numbers of endings; with marks for `names`
+    of bodies that overlap, or without them."""
     for action in endings(program):
         if isinstance(action, Assertion):
             yield assertion_diagnostic(program, THEN, action, marked(action.message))
@@ -80,7 +88,8 @@ def ends_of(program: Program) -> Iterator[Diagnostic]:
             assert isinstance(action, SetDiscrete | Reinit)
             name = action.name if isinstance(action, SetDiscrete) else repr(action.symbol)
             yield no_value(program, THEN, name, action)
-    for d in (*jams(program, MARK), *misfits(program, MARK)):
+    mark = MARK if names else ""
+    for d in (*jams(program, MARK), *overlaps(program, mark), *misfits(program, MARK)):
         yield replace(d, message=d.message.replace("t = 0 s", NOW))
 
 
@@ -97,7 +106,7 @@ def templates(program: Program, shown: Callable[[str], str]) -> tuple[list[str],
     found: list[str] = []
     constants: list[str] = []
     for i, (d, message) in enumerate(zip(ends_of(program), ends(program), strict=True), 1):
-        forms: list[str] = []
+        forms = list(_PAIR_FORMS) if message is PAIR else []
         if values := values_of(message):
             told = [p[1] for p in message.parts if not isinstance(p, str)]
             with c.when(number.equals(i)):
@@ -139,7 +148,8 @@ def subjects(program: Program, shown: Callable[[str], str]) -> str:
 
 
 def most_values(program: Program) -> int:
-    return max((len(values_of(message)) for message in ends(program)), default=0)
+    counts = (len(_PAIR_FORMS if m is PAIR else values_of(m)) for m in ends(program))
+    return max(counts, default=0)
 
 
 def _leaf(program: Program, m: Value) -> Callable[[Expr], Value]:

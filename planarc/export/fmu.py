@@ -65,6 +65,7 @@ class Fmu(Data):
     outputs: int
     parameters: int
     states: int
+    exchange: bool  # whether it is for model exchange, too
 
 
 def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
@@ -83,21 +84,23 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
 
     folders = _folders(wishes)
     program = restricted(without_idle(compiled.program), wishes.parameters)
-    refuse(program)
+    refuse(program, wishes.stiff)
     image = replace(take_image(compiled), stiff=wishes.stiff)
+    crowded = image.step is not None
     shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
-                      wishes.stiff)  # fmt: skip
+                      wishes.stiff, image.step)  # fmt: skip
     causes = [v.causality for v in shown.variables]
     seen = [v.name for v in shown.variables if v.causality == "output"]
     if wishes.outputs is not None and not any(map(wishes.outputs.search, seen)):
         raise no_match("variable that changes", wishes.outputs)
-    slopes = derivatives(program, shown)
+    slopes = None if crowded else derivatives(program, shown)
     version = three if wishes.version == 3 else two
-    entries = version.functions(bool(program.delays), any(v.type for v in shown.variables))
+    enumerations = any(v.type for v in shown.variables)
+    entries = version.functions(bool(program.delays), crowded, enumerations)
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
     told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
-                COMPILED if wishes.source else ())  # fmt: skip
+                COMPILED if wishes.source else (), not crowded)  # fmt: skip
     if slopes is not None:
         shown = with_dependencies(program, shown, slopes)
     draft = describe(program, shown, told)
@@ -132,6 +135,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
         causes.count("output"),
         causes.count("parameter") - 1,  # that of the integrator is planarc's own
         program.state_count,
+        not crowded,
     )
 
 

@@ -42,6 +42,7 @@ class Image(Data):
     span: float = 1.0
     stiff: bool = False  # the choice of steps
     lags: Lags | None = None  # room for the past of delayed signals
+    step: float | None = None  # the length of steps, where there is a crowd
 
 
 def take_image(compiled: Compiled) -> Image:
@@ -72,6 +73,7 @@ def take_image(compiled: Compiled) -> Image:
             timed=_timed(program, kernel, request.start),
             span=request.span,
             lags=_lags(program, kernel, request),
+            step=run.integrator.last_step() if request.stepping else None,
         )
     finally:
         run.close()

@@ -38,13 +38,18 @@ from planarc.export.actions import (
     ordered_discretes,
     reader,
 )
+from planarc.export.crowds import crowd_functions as tell_crowds
+from planarc.export.crowds import member_names
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
+from planarc.export.instance.advance import advance_functions
 from planarc.export.instance.block import block_functions
 from planarc.export.instance.contact.area import kept_words, sizes
 from planarc.export.instance.contact.functions import contact_functions
+from planarc.export.instance.crowd import layout as crowd
+from planarc.export.instance.crowd.functions import crowd_functions
 from planarc.export.instance.ends import end_functions
 from planarc.export.instance.events import event_functions
 from planarc.export.instance.instants import instant_functions
@@ -62,6 +67,7 @@ from planarc.export.instance.uneventful import uneventful_functions
 from planarc.export.plan import (
     Jam,
     Own,
+    crowd_names,
     distances,
     is_eventful,
     make_plan,
@@ -198,22 +204,25 @@ def write(
 def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) -> str:
     """The kernel's functions, the instance's and the interface's."""
     touches, delayed = bool(Points(program).all), bool(program.delays)
-    events = uneventful_functions()
+    crowded, events = bool(crowd_names(program)), uneventful_functions()
     if is_eventful(program):
         events = (*relation_functions(), *instant_functions(delayed), *settling_functions(),
-                  *event_functions(delayed, entries.tells, apart), *end_functions())  # fmt: skip
+                  *event_functions(delayed, entries.tells, apart, crowded),
+                  *end_functions())  # fmt: skip
+    derived = derivatives and not crowded
     functions = (
-        *block_functions(delayed, apart),
+        *block_functions(delayed, apart, crowded),
         *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),
         operate_function(),
         *said_functions(),
         *start_functions(apart),
         *state_functions(),
-        *step_functions(delayed),
+        *(() if crowded else step_functions(delayed)),
+        *advance_functions(delayed, crowded),
         *events,
-        *(past_functions() if delayed else ()),
-        *(contact_functions() if touches else (_APART,)),
-        *((*slope_functions(), *stiff_functions()) if derivatives else (_EXPLICIT,)),
+        *(past_functions(crowded) if delayed else ()),
+        *(crowd_functions(delayed) if crowded else contact_functions() if touches else (_APART,)),
+        *((*slope_functions(), *stiff_functions()) if derived else (_EXPLICIT,)),
         entries.text(),
     )
     tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
@@ -234,7 +243,13 @@ def _own(
 ) -> tuple[str, bytes]:  # fmt: skip
     """The model's functions, its tables and its messages; what stands in the file of numbers."""
     # Whatever is spelled is so before the function that carries it out is written, by `ir`.
-    judged, felt = _asserts(program, carrier), touch_functions(program, carrier)
+    judged, crowds = _asserts(program, carrier), crowd_names(program)
+    if crowds:
+        felt, listed = tell_crowds(program, image.selection, carrier)
+        kept, area = crowd.kept_words(listed), crowd.sizes(listed, program)
+    else:
+        felt, touches = touch_functions(program, carrier), len(Points(program).all)
+        kept, area = kept_words(touches), sizes(touches, program.state_count)
     functions = "\n".join(
         (ir(program, small, rows if small else None, carrier),
          *tables_of(program, image), action_functions(program), felt)
@@ -244,12 +259,11 @@ def _own(
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     settable = rules(program, image.held, tunable_parameters(program))
     unpacked = [*nodes_of(program, slopes), *settable, *discretes, *rows.numbers, *tape]
-    touches = len(Points(program).all)
     lags = image.lags
     planned = partial(make_plan, program, image.held, len(image.scales), tape, len(rows.numbers),
-                      kept_words(touches), sizes(touches, program.state_count),
-                      most_values(program), lags, 0 if carrier is None else carrier.room,
-                      len(constants), 0 if carrier is None else carrier.words)  # fmt: skip
+                      kept, area, most_values(program), lags,
+                      0 if carrier is None else carrier.room, len(constants),
+                      0 if carrier is None else carrier.words)  # fmt: skip
     ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
@@ -281,6 +295,7 @@ def _own(
             told,
             values,
             subjects(program, entries.as_shown),
+            member_names(program, image.selection, entries.as_shown) if crowds else "",
         )
     )
     return lead(own) if stored else own, stored
@@ -301,7 +316,8 @@ def _asserts(program: Program, carrier: Carrier | None) -> str:
         for k, condition in enumerate(conditions, 1):
             with c.when(~bit(c, formula(c, condition, leaf)), leaves=True):
                 c.give(k)
-    first = len(endings(program)) + len(Jam) * len(Points(program).all) + 1
+    jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
+    first = len(endings(program)) + jams + 1
     for k, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):

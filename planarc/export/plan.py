@@ -20,7 +20,7 @@ from enum import IntEnum, auto
 from itertools import accumulate
 
 from planarc.core.data import Data
-from planarc.ir.dae import INITIAL, TERMINAL, Kind
+from planarc.ir.dae import INITIAL, TERMINAL, Impact, Kind
 from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import ParameterSlot, Program
@@ -41,8 +41,8 @@ class Own(IntEnum):
     SEEN = auto()  # of the snapshots that an iteration went through
     BRANCHES = auto()  # which branch of each `when` acts: 0 none, 1 the first
     SAMPLES = auto()  # numbers of each `sample` (`Sample`)
-    TOUCHES = auto()  # what is remembered of touches (`instance.contact.area.Kept`)
-    CONTACT = auto()  # pointers to what is no state of contacts (`instance.contact.area.Area`)
+    TOUCHES = auto()  # what is remembered of touches (`Kept` of `instance.contact`, or `.crowd`)
+    CONTACT = auto()  # pointers to what is no state of contacts (`Area` there)
     PASSING = auto()  # where derivatives are passed on (`ir.derivatives.Passing`): no state
     NODES = auto()  # of each slot, in the tape of derivatives: the first of what is unpacked
     RULES = auto()  # what may be set in each slot (`rules`)
@@ -88,7 +88,7 @@ class Own(IntEnum):
     NODE = auto()  # the first part of a step at which a relation has crossed; 2: none
     CROSSED = auto()  # 1 where the step ends behind a crossing
     CALLED = auto()  # 1 where the host is to handle an event
-    STIFF = auto()  # 1.0 where steps are those of `stiff`
+    STIFF = auto()  # 1.0 where steps are those of `stiff`; with a crowd the length of its steps
     MARGIN = auto()  # what is left until other states are to be taken
     FIRST = auto()
 
@@ -402,6 +402,13 @@ def is_eventful(program: Program) -> bool:
     """Whether anything happens at instants behind the start."""
     found = program.relations or program.samplers or program.whens or program.discretes
     return bool(found or program.delays) or program.table.knows(TERMINAL)
+
+
+def crowd_names(program: Program) -> tuple[str, ...]:
+    """The crowds of a model, which steps of one length follow."""
+    branches = (b for when in program.whens for b in when.branches)
+    actions = (a for *_, found in branches for a in found)
+    return tuple(dict.fromkeys(a.component for a in actions if isinstance(a, Impact) and a.crowd))
 
 
 def starts_anew(program: Program) -> bool:

@@ -1,7 +1,8 @@
 """What cannot be exported yet: told with the line and the reason, never exported wrongly.
 
 In:   Program
-Out:  PlanarcError C300 with a diagnostic for each reason, or nothing
+Out:  PlanarcError C300 with a diagnostic for each reason, UsageError R483 for implicit steps of
+      a model with a crowd, or nothing
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.source import NOWHERE, Span
+from planarc.export.plan import crowd_names
 from planarc.ir.dae import Assertion, Impact, Kind, Reinit, SetDiscrete
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, Program
+from planarc.solve.stepping.refusal import no_implicit_steps
 
 _HINT = "simulate it with `planarc simulate`; exported models cannot do this yet"
 
@@ -25,8 +28,8 @@ _KINDS = {
 }
 
 
-def refuse(program: Program) -> None:
-    """Raise what stands in the way of an export."""
+def refuse(program: Program, stiff: bool = False) -> None:
+    """Raise what stands in the way of an export, with implicit steps where it is to be `stiff`."""
     found = [
         Diagnostic("C300", f"{what} cannot be exported", span if span is not NOWHERE else None,
                    hint=_HINT)
@@ -34,13 +37,12 @@ def refuse(program: Program) -> None:
     ]  # fmt: skip
     if found:
         raise PlanarcError(found)
+    if stiff and (crowds := crowd_names(program)):
+        raise no_implicit_steps(crowds[0])
 
 
 def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     acting = [a for when in program.whens for *_, found in when.branches for a in found]
-    crowds = {a.component: a.span for a in acting if isinstance(a, Impact) and a.crowd}
-    for name, span in crowds.items():
-        yield f"the crowd `{name}`, whose bodies meet in steps of time,", span
     for d in program.discretes:
         if d.given is not None:
             yield f"the input `{d.name}`, which is {_KINDS[d.kind]},", d.given
@@ -57,6 +59,7 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     formulas += [r.zero for r in program.relations]
     formulas += [a.value for a in acting if isinstance(a, SetDiscrete | Reinit)]
     formulas += [a.condition for a in acting if isinstance(a, Assertion)]
+    formulas += [e for a in acting if isinstance(a, Impact) for e in a.arguments]
     formulas += [e for _, *pair, _ in program.samplers for e in pair]
     called = dict.fromkeys(e.data[0] for e in postorder(formulas) if e.op is Op.APPLY)
     for name in called:

@@ -142,7 +142,8 @@ def image_words(
     words[Own.STALE] = Stale.START if starts_anew(program) else Stale.ALL
     words[Own.AHEAD] = _bits(AHEAD * (image.span or 1.0))
     words[Own.TOLERANCE], words[Own.BOUND] = _bits(tolerance), _bits(image.bound)
-    words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(float(image.stiff))
+    choice = float(image.stiff) if image.step is None else image.step
+    words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(choice)
     homes = dict(made.homes)
     arrays = {Own.CONSTANTS: constants[::-1], Own.Y: image.states, Own.SCALES: image.scales,
               Frame.W: _given(program, image), Frame.NUMBERS: image.numbers,
@@ -178,7 +179,7 @@ def messages_by_number(texts: Sequence[str], together: bool) -> str:
     number = c.arguments[1]
     if together:
         constants = [text_constant("px_messages", "\0".join(texts))]
-        _count_texts(c, number, Value(c, POINTER, "@px_messages"))
+        count_texts(c, number, Value(c, POINTER, "@px_messages"))
     else:
         constants = [text_constant(f"px_message_{i}", text) for i, text in enumerate(texts, 1)]
         for k in range(1, len(texts) + 1):
@@ -192,7 +193,7 @@ def message_in_text() -> str:
     """The same where the file of numbers holds them."""
     c = Code("px_message", POINTER, ((POINTER, "m"), (FLAG, "number")))
     m, number = c.arguments
-    _count_texts(c, number, m.load(POINTER, Own.MESSAGES))
+    count_texts(c, number, m.load(POINTER, Own.MESSAGES))
     return c.text(SELDOM)
 
 
@@ -208,8 +209,8 @@ def text_words(texts: Sequence[str]) -> list[int]:
     return list(struct.unpack(f"<{len(data) // 8}q", data))
 
 
-def _count_texts(c: Code, number: Value, first: Value) -> None:
-    """Give the text of this number, from 1."""
+def count_texts(c: Code, number: Value, first: Value) -> None:
+    """In a function: give the text of this number, from 1."""
     left, at = c.variable(number, FLAG), c.variable(0, INT)
     again, inside, behind = c.label(), c.label(), c.label()
     c.enter(again)

@@ -15,7 +15,6 @@ from fmpy.validation import validate_fmu
 
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model, run
-from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.export.fmu import make_fmu
 from planarc.export.wishes import Wishes
@@ -254,11 +253,11 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize(
     ("name", "most"),
     [
-        ("pendulum", 111_500),
+        ("pendulum", 112_000),
         ("four_bar", 156_500),
         ("ratchet_and_pawl", 221_500),
         ("cam_lift_off", 233_500),
-        ("dominoes", 222_500),
+        ("dominoes", 227_500),
         ("gripper", 228_500),
         ("escapement", 228_000),
         ("chain_over_peg", 243_000),
@@ -267,11 +266,3 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 def test_five_platforms_take_little_room(name: str, most: int) -> None:
     """Of 23 contacts more than of a loop: each platform has code of its own."""
     assert len(make_fmu(compiled(name), Wishes()).data) < most
-
-
-def test_crowds_are_refused() -> None:
-    crowd = compile_model(Request(class_name="PlanarMultiBody.Examples.Contacts.FullBox"))
-    with pytest.raises(PlanarcError) as raised:
-        make_fmu(crowd, Wishes())
-    (first,) = raised.value.diagnostics
-    assert first.code == "C300" and first.span is not None and "`crowd`" in first.message

@@ -324,12 +324,21 @@ def test_the_command_leaves_a_report_alone(tmp_path: Path, monkeypatch: pytest.M
     assert "u" in fields_of(Path("Push_live.html").read_text("utf-8"))
 
 
-def test_python_writes_it_and_refuses_crowds(tmp_path: Path) -> None:
+def test_python_writes_it_and_refuses_what_it_cannot_hold(tmp_path: Path) -> None:
     model = planarc.load(str(ROOT / "examples" / "pendulum.pmo"))
     path = model.export_page(tmp_path / "swing")
     assert path == tmp_path / "swing.html"
     assert path.read_text("utf-8").startswith("<!doctype html>")
+    text = """
+model No
+  String s;
+equation
+  when time > 1 then
+    s = String(time);
+  end when;
+end No;
+"""
     with pytest.raises(PlanarcError) as raised:
-        planarc.load("PlanarMultiBody.Examples.Contacts.FullBox").export_page(tmp_path / "no.html")
+        planarc.load(text).export_page(tmp_path / "no.html")
     assert raised.value.diagnostics[0].code == "C300"
     assert not (tmp_path / "no.html").exists()

@@ -83,9 +83,10 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     from planarc.export.module import SHARED, write_texts
 
     program = restricted(compiled.program, wishes.parameters)
-    refuse(program)
+    refuse(program, wishes.stiff)
     image = replace(take_image(compiled), stiff=wishes.stiff)
-    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed)
+    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
+                      step=image.step)  # fmt: skip
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)

@@ -34,7 +34,8 @@ _NAMES_2 = {NUMBER: "Real", INTEGER: "Integer", TRUTH: "Boolean"}
 
 class Told(Data):
     """`identifier` names the library's file, `version` is 2 or 3; with `slopes` there are
-    derivatives; `sources` are files that a compiler is given."""
+    derivatives; `sources` are files that a compiler is given. For `exchange` of the model: without,
+    it is for co-simulation alone."""
 
     version: int
     identifier: str
@@ -42,6 +43,7 @@ class Told(Data):
     tool: str
     slopes: bool = False
     sources: tuple[str, ...] = ()
+    exchange: bool = True
 
 
 def describe(program: Program, shown: Interface, told: Told) -> str:
@@ -67,17 +69,19 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
     if told.slopes:
         given = "DirectionalDerivatives", "AdjointDerivatives"
         can |= {f"provides{name}": "true" for name in (given if three else (given[0][:-1],))}
-    exchange = Xml.SubElement(root, "ModelExchange", can)
+    kinds = [Xml.SubElement(root, "ModelExchange", can)] if told.exchange else []
     steps = Xml.SubElement(root, "CoSimulation", can, canHandleVariableCommunicationStepSize="true")
     if three:
-        exchange.set("needsCompletedIntegratorStep", "true")
+        for exchange in kinds:
+            exchange.set("needsCompletedIntegratorStep", "true")
         offers = ("hasEventMode", "providesIntermediateUpdate",
                   "canReturnEarlyAfterIntermediateUpdate")  # fmt: skip
         for name in (*offers, *("mightReturnEarlyFromDoStep",) * is_eventful(program)):
             steps.set(name, "true")
     else:
-        root.set("numberOfEventIndicators", str(len(shown.indicators)))
-        for kind in (exchange, steps) if told.sources else ():
+        if told.exchange:
+            root.set("numberOfEventIndicators", str(len(shown.indicators)))
+        for kind in (*kinds, steps) if told.sources else ():
             files = Xml.SubElement(kind, "SourceFiles")
             for name in told.sources:
                 Xml.SubElement(files, "File", name=name)

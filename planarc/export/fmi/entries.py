@@ -52,7 +52,8 @@ class Entries:
     """The functions of one version while they are written. `log` writes how its logger is called:
     (code, instance, status, category, message); `plain` makes a text one that a logger shows as it
     is; `delayed`: the model has a past, which steps of the host become part of; `by_uri`: the
-    folder of resources is told so, and not by its path."""
+    folder of resources is told so, and not by its path; `crowded`: it takes steps of one length,
+    and is not for model exchange."""
 
     def __init__(
         self,
@@ -60,7 +61,9 @@ class Entries:
         plain: Callable[[str], str] = str,
         delayed: bool = False,
         by_uri: bool = False,
+        crowded: bool = False,
     ) -> None:
+        self.crowded = crowded
         self.as_shown, self._delayed, self.by_uri = plain, delayed, by_uri
         self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
@@ -213,7 +216,7 @@ class Entries:
                     (1, "this variable cannot be set now: parameters and start values are set "
                         "before the end of initialization"),
                     (2, "there is no such variable"),
-                    (3, "the value is not finite"),
+                    (3, "the value is not finite" + ", or no length" * self.crowded),
                 ):  # fmt: skip
                     with c.when(flag.equals(wrong), leaves=True):
                         self.fail(c, m, f"{name}: {reason}")

@@ -43,9 +43,19 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
-    """All of them, for models with delays and variables of enumerations or without."""
-    e = Entries(_log, delayed=delayed)
+_EXCHANGED = (
+    "fmi3EnterContinuousTimeMode", "fmi3GetNumberOfContinuousStates",
+    "fmi3GetNumberOfEventIndicators", "fmi3SetTime", "fmi3SetContinuousStates",
+    "fmi3GetContinuousStates", "fmi3GetContinuousStateDerivatives",
+    "fmi3GetNominalsOfContinuousStates", "fmi3GetEventIndicators", "fmi3CompletedIntegratorStep",
+    "fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative",
+)  # fmt: skip
+
+
+def functions(delayed: bool = False, crowded: bool = False, enumerations: bool = False) -> Entries:
+    """All of them, for models with delays and variables of enumerations or without; those of model
+    exchange refuse what a `crowded` model has none of."""
+    e = Entries(_log, delayed=delayed, crowded=crowded)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
         c.give(constant(c, e.string("3.0")))
     _life(e)
@@ -55,13 +65,13 @@ def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
     for name, kind, type in kinds:
         e.getter(f"fmi3Get{name}", kind, type, True)
         e.setter(f"fmi3Set{name}", kind, type, True)
-    _model_exchange(e)
+    _events(e)
     _steps(e)
-    arrays = (
-        "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, i64 some, ptr results, i64 all"
-    )
-    directional(e, "fmi3GetDirectionalDerivative", arrays, 2)
-    adjoint(e, "fmi3GetAdjointDerivative", arrays)
+    if crowded:
+        e.refused(_EXCHANGED)
+    else:
+        _model_exchange(e)
+        _derivatives(e)
     e.save("fmi3GetFMUState")
     e.restore("fmi3SetFMUState")
     e.forget("fmi3FreeFMUState")
@@ -99,6 +109,9 @@ def _life(e: Entries) -> None:
     )  # fmt: skip
     for name, tail in tails:
         with e.plain(f"fmi3Instantiate{name}", f"{head}, {tail}", POINTER) as (c, a):
+            if e.crowded and name == "ModelExchange":
+                c.give(Value(c, POINTER, "null"))
+                continue
             own = {v.text: v for v in a}
             m = c.call(POINTER, "px_instantiate", own["%token"], own["%logging"],
                        own["%host"], own["%logger"], own["%resources"])  # fmt: skip
@@ -132,7 +145,15 @@ def _life(e: Entries) -> None:
         c.run("px_reset", m)
 
 
-def _model_exchange(e: Entries) -> None:
+def _derivatives(e: Entries) -> None:
+    arrays = (
+        "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, i64 some, ptr results, i64 all"
+    )
+    directional(e, "fmi3GetDirectionalDerivative", arrays, 2)
+    adjoint(e, "fmi3GetAdjointDerivative", arrays)
+
+
+def _events(e: Entries) -> None:
     name = "fmi3EnterEventMode"
     with e.entry(name, "", RUNNING) as (c, (m,)):
         steps = m.load(INT, Own.PHASE) >= Phase.STEP
@@ -140,9 +161,6 @@ def _model_exchange(e: Entries) -> None:
             e.fail(c, m, f"{name}: the instance was made without event mode")
         m.store(c.select(steps, whole(c, Phase.PAUSE), whole(c, Phase.EVENT)), Own.PHASE)
         m.store(whole(c, 0), Own.CALLED)
-    with e.entry("fmi3EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
-        e.mark(c, m)
-        e.enter(c, m, Phase.CONTINUOUS)
     events = (Phase.EVENT, Phase.PAUSE)
     with e.entry("fmi3EvaluateDiscreteStates", "", (Phase.INITIALIZATION, *events)):
         pass
@@ -156,6 +174,12 @@ def _model_exchange(e: Entries) -> None:
         give_flag(c, needed, 0)
         give_flag(c, timed, c.emit(INT, f"zext i1 {known.text} to i64"))
         following.store(c.select(known, then, 0.0))
+
+
+def _model_exchange(e: Entries) -> None:
+    with e.entry("fmi3EnterContinuousTimeMode", "", (Phase.EVENT,)) as (c, (m,)):
+        e.mark(c, m)
+        e.enter(c, m, Phase.CONTINUOUS)
     with e.entry("fmi3GetNumberOfContinuousStates", "ptr count") as (c, (_, to)):
         to.store(plan(c, Table.STATES))
     with e.entry("fmi3GetNumberOfEventIndicators", "ptr count") as (c, (_, to)):

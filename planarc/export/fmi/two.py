@@ -37,9 +37,18 @@ _REFUSED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
-    """All of them. Variables of enumerations are told as integers are."""
-    e = Entries(_log, _plain, delayed, by_uri=True)
+_EXCHANGED = (
+    "fmi2EnterEventMode", "fmi2EnterContinuousTimeMode", "fmi2NewDiscreteStates", "fmi2SetTime",
+    "fmi2SetContinuousStates", "fmi2GetContinuousStates", "fmi2GetDerivatives",
+    "fmi2GetNominalsOfContinuousStates", "fmi2GetEventIndicators", "fmi2CompletedIntegratorStep",
+    "fmi2GetDirectionalDerivative",
+)  # fmt: skip
+
+
+def functions(delayed: bool = False, crowded: bool = False, enumerations: bool = False) -> Entries:
+    """All of them; those of model exchange refuse what a `crowded` model has none of. Variables of
+    enumerations are told as integers are."""
+    e = Entries(_log, _plain, delayed, by_uri=True, crowded=crowded)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
             c.give(constant(c, e.string(text)))
@@ -48,7 +57,12 @@ def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
                              ("Boolean", TRUTH, WORD)):  # fmt: skip
         e.getter(f"fmi2Get{name}", kind, type, False)
         e.setter(f"fmi2Set{name}", kind, type, False)
-    _model_exchange(e)
+    if crowded:
+        e.refused(_EXCHANGED)
+    else:
+        _model_exchange(e)
+        arrays = "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, ptr results"
+        directional(e, "fmi2GetDirectionalDerivative", arrays, 0)
     with e.entry("fmi2DoStep", "double t, double h, i32 final", (Phase.STEP,)) as (c, given):
         m, t, h, _ = given
         e.step(c, m, t, h)
@@ -64,8 +78,6 @@ def functions(delayed: bool = False, enumerations: bool = False) -> Entries:
             e.fail(c, m, "fmi2GetBooleanStatus: only whether the run was terminated is known",
                    DISCARD)  # fmt: skip
         e.give_word(c, value, m.load(INT, Own.OVER), 0)
-    arrays = "ptr unknowns, i64 count, ptr knowns, i64 number, ptr seeds, ptr results"
-    directional(e, "fmi2GetDirectionalDerivative", arrays, 0)
     e.save("fmi2GetFMUstate")
     e.restore("fmi2SetFMUstate")
     e.forget("fmi2FreeFMUstate")
@@ -96,6 +108,8 @@ def _life(e: Entries) -> None:
         with c.when(none, leaves=True):
             c.give(Value(c, POINTER, "null"))
         right = same_text(c, token, constant(c, "px_token"))
+        if e.crowded:
+            right = right & c.emit("i1", f"icmp eq i32 {type.text}, 1")
         with c.when(~right, leaves=True):
             c.give(Value(c, POINTER, "null"))
         told = c.emit(INT, f"zext i32 {logging.text} to i64")

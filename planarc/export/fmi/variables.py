@@ -25,10 +25,11 @@ from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.limits import Declared, kept
 from planarc.export.instance.block import OTHER
-from planarc.export.plan import is_eventful, is_settable
+from planarc.export.plan import crowd_names, is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column, Enumeration, ParameterSlot, Program
+from planarc.solve.stepping.ports import Sites
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
@@ -38,8 +39,8 @@ _KINDS = {Kind.REAL: NUMBER, Kind.INTEGER: INTEGER, Kind.ENUMERATION: INTEGER,
 _TWICE = re.compile(r"der\(der\((.*)\)\)")
 
 
-#: The parameter that chooses between the ways to integrate.
-STIFF = "_stiff"
+#: The parameter that chooses between the ways to integrate, or the length of steps.
+STIFF, STEP = "_stiff", "_step"
 
 
 class Seen(Data):
@@ -109,10 +110,12 @@ def interface(
     outputs: re.Pattern[str] | None,
     timed: Collection[int] = (),
     stiff: bool = False,
+    step: float | None = None,
 ) -> Interface:
     """`timed` are the relations that switch at known times: no host need look at them.
     `selection` are the states where they never change; `outputs` matches names of variables
-    that a host is shown as outputs, besides the model's own; `stiff` is the choice of steps."""
+    that a host is shown as outputs, besides the model's own; `stiff` is the choice of steps.
+    Where steps have one length, `step`, they are the model's own: no host sees its states."""
     groups: dict[int, list[Column]] = {}
     moving = {slot for c in program.candidates for slot in (c.slot, c.derivative)}
     moving -= {c.slot for c in program.columns if not c.protected and c.sign > 0}
@@ -126,15 +129,20 @@ def interface(
             groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
     found = _Shown(program, w, {slot for slot, _ in held}, outputs)
     candidates = [program.candidates[i] for i in selection]
-    fixed = _never_exchanged(program)
+    fixed = _never_exchanged(program) or step is not None
     place = program.size + 2 * program.state_count + 1 + len(program.relations)
     choice = Seen(8 * place + 2 * TRUTH, TRUTH, STIFF,
                   "parameter", "fixed", "exact", float(stiff),
                   description="= true, if co-simulation takes implicit steps")  # fmt: skip
+    if step is not None:
+        choice = Seen(8 * place + 2 * NUMBER, NUMBER, STEP, "parameter", "fixed", "exact", step,
+                      unit="s", description="Length of the steps with contacts")  # fmt: skip
     seen = [
         Seen(0, NUMBER, "time", "independent", "continuous", None, unit="s", description="Time")
     ]
     if fixed:
+        if step is not None:
+            candidates, timed = [], range(len(program.relations))
         states = tuple(8 * c.slot for c in candidates)
         rates = tuple(8 * c.derivative for c in candidates)
         rate_of = dict(zip(rates, states, strict=True))
@@ -218,6 +226,8 @@ class _Shown:
         self._discrete = {d.slot for d in program.discretes}
         self._declared = Declared(program, w)
         self._types = _types(program)
+        if crowd_names(program):  # what presses does so in every step
+            self._discrete -= {*Sites(program).pushes}
 
     def all(self, reference: int, columns: list[Column], state: int | None) -> list[Seen]:
         """The variables that a group of names makes."""

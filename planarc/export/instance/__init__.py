@@ -4,11 +4,13 @@ block       the memory of an instance: made, saved, read, set
 start       start values that fit together, from the assembly found at export
 states      other states where the present ones go bad
 steps       an integrator of its own
+advance     its way to a time
 relations   zero functions, stored truths, and what crosses
 instants    time events
 settling    truths and discrete values iterated at one instant
 events      what happens at an instant, at the start and at the end
 contact     impacts, stops, friction of rigid bodies (`impact`)
+crowd       steps of one length, for very many bodies (`crowd`)
 ends        steps that end at events
 uneventful  the same for models without any
 stiff       implicit steps

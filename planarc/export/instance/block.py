@@ -39,11 +39,11 @@ LARGER = "px_larger"
 OTHER = 1 << 24
 
 
-def block_functions(delayed: bool, apart: bool) -> tuple[str, ...]:
+def block_functions(delayed: bool, apart: bool, crowded: bool) -> tuple[str, ...]:
     """The texts of all of them. `delayed`: the model has a past; `apart`: its numbers stand in a
-    file (`stored`)."""
+    file (`stored`); `crowded`: it has a crowd."""
     return (_larger(), _copy(), _unpack(apart), _new(apart), _reset(delayed, apart), _save(),
-            _load(delayed), _refresh(), _place(), _set(apart))  # fmt: skip
+            _load(delayed), _refresh(), _place(), _set(apart, crowded))  # fmt: skip
 
 
 def constant(c: Code, name: str) -> Value:
@@ -263,15 +263,21 @@ def _place(c: Code, m: Value, given: Value, kind: Value) -> None:
 
 
 @function("i32 px_set(ptr m, i64 reference, i64 kind, double value)")
-def _set(c: Code, m: Value, reference: Value, kind: Value, value: Value, apart: bool) -> None:
-    """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number. A
-    start goes by all names of its value. Some hosts set everything, each name to what is described
-    of it: the start at export is then no news to one that was given by another name."""
+def _set(
+    c: Code, m: Value, reference: Value, kind: Value, value: Value, apart: bool, crowded: bool
+) -> None:  # fmt: skip
+    """1 where such a value cannot be set now, 2 where there is none, 3 where it is no number, or no
+    length. A start goes by all names of its value. Some hosts set everything, each name to what is
+    described of it: the start at export is then no news to one that was given by another name."""
     place = c.call(POINTER, "px_place", m, reference, kind)
     slot = own(reference) / 8
     behind = slot - plan(c, Table.SIZE) - plan(c, Table.STATES) * 2
     chooses = behind.equals(plan(c, Table.RELATIONS) + 1)
-    with c.when(~is_null(c, place) & chooses, leaves=True):
+    chosen = ~is_null(c, place) & chooses
+    if crowded:
+        with c.when(chosen & ~((value > 0.0) & (value < 1e300)), leaves=True):
+            c.give(3)
+    with c.when(chosen, leaves=True):
         early = m.load(INT, Own.PHASE) < Phase.EVENT
         with c.when(early):
             place.store(value)

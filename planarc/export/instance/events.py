@@ -40,10 +40,11 @@ from planarc.solve.events.settling import NEAR
 SETTLED = -1
 
 
-def event_functions(delayed: bool, tells: bool, apart: bool) -> tuple[str, ...]:
-    """`tells`: `px_notice(block, behind)` of the interface is told before and behind each event."""
+def event_functions(delayed: bool, tells: bool, apart: bool, crowded: bool) -> tuple[str, ...]:
+    """`tells`: `px_notice(block, behind)` of the interface is told before and behind each event;
+    `crowded`: there is a crowd."""
     return (_reinit(), _keep(), _event(tells, delayed), _crossing(), _update(delayed),
-            _prepare(delayed, apart), _settled(delayed), _first(delayed), _finish(),
+            _prepare(delayed, apart), _settled(delayed), _first(delayed, crowded), _finish(),
             _waits())  # fmt: skip
 
 
@@ -320,7 +321,7 @@ def _settled(c: Code, m: Value, delayed: bool) -> None:
 
 
 @function("i32 px_first(ptr m)", seldom=True)
-def _first(c: Code, m: Value, delayed: bool) -> None:
+def _first(c: Code, m: Value, delayed: bool, crowded: bool) -> None:
     w, _, _, _ = open_frame(m)
     t, y = w.load(REAL), m.load(POINTER, Own.Y)
     count, limit = plan(c, Table.RELATIONS), due(c, t)
@@ -344,6 +345,8 @@ def _first(c: Code, m: Value, delayed: bool) -> None:
         ticks.store(ticks.load(REAL, k) + c.select(here, c.constant(1.0, REAL), 0.0), k)
     for ahead in (0, 1):
         attempt(c, "px_event", m, whole(c, ahead))
+    if crowded:
+        attempt(c, "px_apart", m)
     if delayed:
         c.run("px_kink", m, t, whole(c, 0))
         c.run("px_cross", m, t)

@@ -202,7 +202,12 @@ def _solve(c: Code, m: Value, memory: Value) -> None:
         flag = c.call(FLAG, "px_rows", m, rows, memory)
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
-        small, longest = c.variable(1, INT), c.variable(0.0)
+        small, longest, most = c.variable(1, INT), c.variable(0.0), c.variable(0.0)
+        with c.loop(width) as i:
+            most.set(larger(c, most.get(), c.absolute(memory.load(REAL, i))))
+        point = Value(c, POINTER, "@pc_point")
+        with c.when(most.get().equals(0.0), leaves=True):  # of many bodies a step takes minutes
+            c.give(c.call(FLAG, "px_rows", m, point, trial))
         with c.loop(width) as i:
             size = c.variable(0.0)
             with c.loop(moved) as j:
@@ -225,7 +230,6 @@ def _solve(c: Code, m: Value, memory: Value) -> None:
             with c.loop(moved) as j:
                 x = before.load(REAL, j) + part.get() * step.load(REAL, j)
                 w.store(x, candidates.load(INT, j))
-            point = Value(c, POINTER, "@pc_point")
             flag = c.call(FLAG, "px_rows", m, point, trial)
             with c.when(flag.equals(0)):
                 lesser = _norm(c, trial, sizes, width)

@@ -23,11 +23,14 @@ const MOST = 2000; // events with rows of their own
 
 planarc.createEngine = async function (bytes, slots, counts = {}) {
   let heap = 0;
+  const taken = []; // where rooms begin
   let model = null;
 
   function room(count) {
-    // That many words of 8 bytes, all zero; the whole heap is given back before each run.
+    // That many words of 8 bytes, all zero; the whole heap is given back before each run, and what
+    // was asked for last as soon as it is free.
     const at = heap;
+    taken.push(at);
     heap += 8 * count;
     const lacking = heap - model.memory.buffer.byteLength;
     if (lacking > 0) model.memory.grow(Math.ceil(lacking / 65536));
@@ -40,7 +43,7 @@ planarc.createEngine = async function (bytes, slots, counts = {}) {
   const bytesAt = (at, count) => new Uint8Array(model.memory.buffer, at, count);
   const others = {
     calloc: (count, size) => room(Math.ceil(Number(count * size) / 8)),
-    free: () => {},
+    free: (at) => { if (at && at === taken.at(-1)) heap = taken.pop(); },
     fmod: (a, b) => a % b,
     fabs: Math.abs,
     memset: (to, byte, count) => { bytesAt(to, count).fill(byte); return to; },
@@ -96,6 +99,7 @@ planarc.createEngine = async function (bytes, slots, counts = {}) {
     const own = [];
     note = listener(events, own);
     heap = model.heap.value;
+    taken.length = 0;
     const block = model.page_new();
     const count = times.length;
     const width = slots.length;
@@ -145,6 +149,7 @@ planarc.createEngine = async function (bytes, slots, counts = {}) {
     // The row of a start, at once; null where there is none. Not while a run is under way.
     note = () => {};
     heap = model.heap.value;
+    taken.length = 0;
     const block = model.page_new();
     if (values.some(([slot, value]) => model.page_set(block, slot, value) !== 0) || model.page_begin(block) !== 0) return null;
     const [at, places, out] = [1, slots.length, slots.length + 1].map(room);

@@ -34,9 +34,10 @@ from planarc.export.instance.settling import ACTED
 from planarc.export.plan import Own, Phase, Relation, Sample, Stale
 
 
-def functions(eventful: bool = False) -> Entries:
-    """All of them; those of an `eventful` model tell its events."""
-    e = Entries(lambda *_: None)
+def functions(eventful: bool = False, crowded: bool = False) -> Entries:
+    """All of them; those of an `eventful` model tell its events. Steps of a `crowded` one have
+    their own length."""
+    e = Entries(lambda *_: None, crowded=crowded)
     if eventful:
         _tell(e)
     with e.plain("page_new", "", POINTER) as (c, _):
@@ -83,7 +84,8 @@ def _rows(e: Entries) -> None:
         reason.store(whole(c, 0))
         with c.loop(end, begin) as i:
             # A step ends with each row: a loop is closed from the last row, never from far beyond.
-            m.store(whole(c, 0), Own.EXACT)
+            if not e.crowded:
+                m.store(whole(c, 0), Own.EXACT)
             flag = c.call(FLAG, "px_advance", m, times.load(REAL, i))
             rest = c.call(FLAG, "px_refresh", m, whole(c, Stale.NOTHING))
             reason.store(c.emit(INT, f"sext i32 {flag.negative().text} to i64"))

@@ -19,7 +19,7 @@ def held_inputs(program: Program) -> tuple[DiscreteSlot, ...]:
     return tuple(d for d in program.discretes if d.given is not None)
 
 
-def taken(program: Program) -> Program:
+def taken(program: Program, stiff: bool = False) -> Program:
     """The program, in which these are parameters. Raises PlanarcError C300 for what a page cannot
     run."""
     held, table = held_inputs(program), program.table
@@ -35,5 +35,5 @@ def taken(program: Program) -> Program:
             *(Let(table.pre(d.name), table.symbol(d.name)) for d in held),
         ),
     )
-    refuse(found)
+    refuse(found, stiff)
     return found

@@ -50,9 +50,9 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     """The module of a model."""
     from planarc.codegen.slopes import derive_slopes
 
-    program = taken(compiled.program)
+    program = taken(compiled.program, stiff)
     image = replace(take_image(compiled), stiff=stiff)
-    entries = functions(is_eventful(program))
+    entries = functions(is_eventful(program), image.step is not None)
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
     texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, stiff)
     objects = compile_texts(texts, _TRIPLE)

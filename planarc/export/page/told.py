@@ -38,7 +38,7 @@ def told_of(program: Program, late: Sequence[str] = ()) -> dict[str, Any]:
     return {
         "ends": [
             {**_text(d), "forms": _forms(message), "severity": d.severity.value}
-            for d, message in zip(ends_of(program), ends(program), strict=True)
+            for d, message in zip(ends_of(program, names=False), ends(program), strict=True)
         ]
         + [
             {"message": text, "hint": "", "text": "", "forms": [], "severity": "error"}

@@ -118,6 +118,8 @@ class Integrator(ABC):
     ends_evaluated = False
     #: Whether steps are as short as the tolerance asks; others may grow without a pole ahead.
     adapts = True
+    #: A row that lies so far behind a step's end is one at its end: times are rounded.
+    slack = 0.0
 
     def __init__(self, kernel: Kernel, states: int, settings: Settings) -> None:
         self._kernel, self._size, self._settings = kernel, states, settings
@@ -203,7 +205,7 @@ class Integrator(ABC):
             t = self.t
             ordinary = march.outcome is Outcome.BUDGET
             before = recorder.count
-            if not self._take_rows(recorder, t if ordinary else t - recorder.near):
+            if not self._take_rows(recorder, t + self.slack if ordinary else t - recorder.near):
                 return replace(UNSOLVED, steps=done)
             if not ordinary:
                 return replace(march, steps=done)

@@ -3,6 +3,7 @@
 moreau     a step: free motion, then the impulses that keep all gaps
 ports      where contacts push: touches and bodies of crowds, and what forces there do
 crowd      which bodies of a crowd are near each other, and where they would touch
+angles     sine and cosine with the same bits everywhere
 impulses   the impulses of all contacts at once, by projected Gauss-Seidel
 refusal    what cannot be stepped, in words
 """

@@ -2,7 +2,7 @@
 
 In:   the places of circles and round bars
 Out:  Meetings   for each end of a bar, or centre of a circle, near another body: the point, the
-                 normal and the gap
+                 normal and the gap; in the order of the bodies, not of the search
 
     near    by a tree of the middles: only neighbours are compared, so that the cost grows with
             the number of bodies, not of pairs; what is much larger than most, such as a wall, is
@@ -11,6 +11,9 @@ Out:  Meetings   for each end of a bar, or centre of a circle, near another body
             line of the other, and the other way round
 
 Example: circles of radius 0.5 with centres (0, 0) and (0, 1.1): normal (0, 1), gap 0.1.
+
+Exported models do the same in the same order (`export.instance.crowd`): a heap magnifies the last
+digit. So lengths are square roots, and sines have the same bits everywhere (`angles`).
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planarc.core.data import Data
+from planarc.solve.stepping.angles import sine_and_cosine
 from planarc.solve.stepping.ports import Column, Ports
 
 if TYPE_CHECKING:
@@ -66,7 +70,7 @@ class Crowd:
         w, n = self._ports.kernel.w, len(self.port)
         self.radius, self.e, self.mu = self._form(w).reshape(3, n)
         self._lines = self._ends(w).reshape(4, n)
-        length = np.hypot(*(self._lines[2:] - self._lines[:2]))
+        length = length_of(*(self._lines[2:] - self._lines[:2]))
         self._bar, self.bound = length > 0, length / 2 + self.radius
         self._near = Near(self.bound)
         self._begun = True
@@ -76,10 +80,10 @@ class Crowd:
         w, n = self._ports.kernel.w, len(self.port)
         x, y, phi = self._place(w).reshape(3, n)
         self.origin = np.stack([x, y], axis=1)
-        c, s = np.cos(phi), np.sin(phi)
+        s, c = sine_and_cosine(phi)
         u, v = self._lines[::2], self._lines[1::2]
         ends = np.stack([x + c * u - s * v, y + s * u + c * v], axis=2)  # (2, n, 2)
-        i, j = self._near.pairs((ends[0] + ends[1]) / 2, reach).T
+        i, j = np.sort(self._near.pairs((ends[0] + ends[1]) / 2, reach)).T
         differ = (self.port[i] != self.port[j]) & ~(self._still[i] & self._still[j])
         return self._meet(ends, i[differ], j[differ], reach)
 
@@ -91,18 +95,24 @@ class Crowd:
         second = np.concatenate([j, both[1], both[0], both[0]])
         end = np.repeat([0, 1, 0, 1], [len(i), *[len(both[0])] * 3])
         p, a = ends[end, first], ends[0, second]
-        line = ends[1, second] - a
-        square = np.einsum("ij,ij->i", line, line)
-        along = np.einsum("ij,ij->i", p - a, line) / np.where(square > 0, square, 1.0)
-        q = a + np.clip(along, 0.0, 1.0)[:, None] * line
-        off = p - q
-        distance = np.hypot(off[:, 0], off[:, 1])
+        line, way = ends[1, second] - a, p - a
+        square = line[:, 0] * line[:, 0] + line[:, 1] * line[:, 1]
+        along = way[:, 0] * line[:, 0] + way[:, 1] * line[:, 1]
+        along = np.clip(along / np.where(square > 0, square, 1.0), 0.0, 1.0)
+        off = p - (a + along[:, None] * line)
+        distance = length_of(off[:, 0], off[:, 1])
         gap = distance - self.radius[first] - self.radius[second]
         kept = np.flatnonzero((gap < reach) & (distance > 0))
+        kept = kept[np.argsort((first * len(self.port) + second)[kept] * 2 + end[kept])]
         first, second = first[kept], second[kept]
         normal = off[kept] / distance[kept, None]
         at = p[kept] - self.radius[first, None] * normal
         return Meetings(first, second, end[kept], at, normal, gap[kept])
+
+
+def length_of(x: Vector, y: Vector) -> Vector:
+    found: Vector = np.sqrt(x * x + y * y)
+    return found
 
 
 class Near:

@@ -22,6 +22,7 @@ Reference: J. J. Moreau, Comput. Methods Appl. Mech. Eng. 177, 1999, 329-349.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
@@ -41,7 +42,7 @@ from planarc.solve.solvers.stepping import Unsolved
 from planarc.solve.stepping.crowd import Crowd
 from planarc.solve.stepping.impulses import solve_impulses
 from planarc.solve.stepping.ports import Ports, taken
-from planarc.solve.stepping.refusal import overlap, refuse_what_events_need
+from planarc.solve.stepping.refusal import body, overlap, refuse_what_events_need
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
@@ -62,8 +63,9 @@ SLOW = 2.0
 
 
 class Contacts(Data):
-    """Contacts by their keys, by which they are known in the next step. Along its normal and then
-    along its slip, each moves with a row of `jacobian` times the velocities of ports."""
+    """Contacts by their keys, which rise, and by which they are known in the next step. Along its
+    normal and then along its slip, each moves with a row of `jacobian` times the velocities of
+    ports."""
 
     key: Array
     jacobian: csr_array
@@ -88,12 +90,13 @@ class Moreau(FixedStep):
         length = settings.fixed_step or 1.0
         super().__init__(kernel, states, settings, "euler", length)
         self.name = f"stepping (steps of {length:g} s)"
+        self.slack = REST * self._length
         self.poles = _NoPoles(kernel, states, False)
         self._ports = Ports(program, kernel)
-        members: dict[str, list[int]] = {}
-        for i, member in enumerate(self._ports.members):
-            members.setdefault(member.crowd, []).append(i)
+        members = self._ports.crowds()
         self._crowds = [Crowd(self._ports, m) for m in members.values()]
+        counts = (len(self._ports.touches.all), *(2 * len(m) ** 2 for m in members.values()))
+        self._first_keys = np.cumsum(counts).tolist()  # of each crowd, behind those of touches
         refuse_what_events_need(self._ports)
         self._looked = False  # whether the start was
         self._candidates = program.candidates
@@ -133,8 +136,9 @@ class Moreau(FixedStep):
                 i = int(found.gap.argmin())
                 pair = [crowd.members[int(m[i])] for m in (found.first, found.second)]
                 a, b = (m.read["x"] for m in pair)
-                depth, name = -float(found.gap[i]), pair[0].crowd
-                raise PlanarcError(overlap(self._ports, depth, self._t, a, b, name))
+                depth, name = f"{-float(found.gap[i]):.3g}", pair[0].crowd
+                names = body(a), body(b)
+                raise PlanarcError(overlap(self._ports.program, name, self._t, names, depth))
 
     def step(self, limit: float) -> March:
         begin = self._t
@@ -208,7 +212,7 @@ class Moreau(FixedStep):
         """All contacts that are closed, or may close within the step, at the place evaluated."""
         found = [self._touching(h, before, after)]
         for number, crowd in enumerate(self._crowds):
-            found.append(self._meeting(h, before, after, number, crowd))
+            found.append(self._meeting(h, before, after, self._first_keys[number], crowd))
         key, ports, along, across, gap, e, mu = (
             np.concatenate(parts) for parts in zip(*found, strict=True)
         )
@@ -233,15 +237,16 @@ class Moreau(FixedStep):
         ports[:, 1] += 1
         along[:, 0] = across[:, 1] = 1.0
         e, mu = touches.get("e"), touches.get("mu")
-        return -1 - near, ports, along, across, gap[near], e[near], mu[near]
+        return near, ports, along, across, gap[near], e[near], mu[near]
 
     def _meeting(
-        self, h: float, before: Vector, after: Vector, number: int, crowd: Crowd
+        self, h: float, before: Vector, after: Vector, first_key: int, crowd: Crowd
     ) -> tuple[Array, ...]:
         speed = np.abs([before, after])[:, crowd.port[:, None] + np.arange(3)].max(axis=(0, 1))
         crowd.begin()
         far = FAR * float(crowd.radius[crowd.radius > 0].min())
-        reach = far + 2 * h * float(np.hypot(*speed[:2]) + speed[2] * crowd.bound.max())
+        fastest = math.sqrt(speed[0] * speed[0] + speed[1] * speed[1])
+        reach = far + 2 * h * float(fastest + speed[2] * crowd.bound.max())
         m = crowd.find(reach)
         x, y = m.normal[:, 0], m.normal[:, 1]
         ports = np.empty((len(x), 6), dtype=np.int64)
@@ -252,10 +257,10 @@ class Moreau(FixedStep):
             turning = arm[:, 0] * y - arm[:, 1] * x, -arm[:, 0] * x - arm[:, 1] * y
             along[:, at] = sign * np.stack([x, y, turning[0]], axis=1)
             across[:, at] = sign * np.stack([y, -x, turning[1]], axis=1)
-        speeds = np.minimum(*(np.einsum("ij,ij->i", along, v[ports]) for v in (before, after)))
+        speeds = np.minimum(*(_sums(along * v[ports]) for v in (before, after)))
         near = np.flatnonzero(m.gap + h * np.minimum(speeds, 0.0) < far)
         n = len(crowd.port)
-        key = (number * n * n + m.first * n + m.second) * 2 + m.end
+        key = first_key + (m.first * n + m.second) * 2 + m.end
         first = m.first[near]
         return (
             key[near], ports[near], along[near], across[near], m.gap[near],
@@ -282,6 +287,12 @@ class Moreau(FixedStep):
         return numbers
 
 
+def _sums(rows: Vector) -> Vector:
+    """The sum of each row, from its begin on."""
+    found: Vector = np.cumsum(rows, axis=1)[:, -1]
+    return found
+
+
 class _Struck:
     """The contacts of one step, with their matrices, and what they do to velocities."""
 
@@ -295,6 +306,7 @@ class _Struck:
         self._states = found.states
         self._to_ports = contacts.jacobian.T.tocsr()
         self._a = contacts.jacobian @ (found.velocity @ self._to_ports)
+        self._a.sort_indices()  # the order of sums, which sweeps of exported models have too
         self.impulse = np.zeros(ports.count)
         self.known: tuple[Array, Vector] = (contacts.key, np.zeros((0, 2)))
         machine = ports.kernel.capabilities.machine
@@ -326,8 +338,7 @@ class _Struck:
             lost = float(np.abs(x * (u + self._u)).sum()) * ROUNDING + gained**2 * resting
             if x @ (u + self._u) <= lost:
                 break  # the work of the impulses is none, but for what a step gains and loses
-        order = np.argsort(c.key)
-        self.known = c.key[order], x.reshape(-1, 2)[order]
+        self.known = c.key, x.reshape(-1, 2)
         self.impulse = self._to_ports @ x
         found: Vector = free + self._states @ self.impulse
         return found

@@ -1,8 +1,9 @@
 """Where contacts push, and what forces there do to everything else.
 
 In:   Program, Kernel
-Out:  Ports      touches (`impact`) have two each, along normal and slip, bodies of crowds three:
-                 x, y, and the angle. Of each: its velocity, and its push in the workspace
+Out:  Sites      touches (`impact`) have two ports each, along normal and slip, bodies of crowds
+                 three: x, y, and the angle. Of each: its velocity, and its push in the workspace
+      Ports      the same in a run
       Response   how the accelerations of ports and states answer to forces at ports
 
 The equations are linear in the pushes, so that differences of evaluations are exact: the same
@@ -31,7 +32,7 @@ from planarc.ir.expr import Expr, symbols
 from planarc.ir.impact import CROWD_KEPT, CROWD_NAMES
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Let, Program, Statement
-from planarc.solve.contact.touches import Touches
+from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages.text import Reader
 
 if TYPE_CHECKING:
@@ -85,14 +86,12 @@ def taken(w: Sequence[float], slots: Array) -> Vector:
     return np.array([w[slot] for slot in slots.tolist()], dtype=np.float64)
 
 
-class Ports:
+class Sites:
     """All ports of a model: those of touches first, two each, then those of bodies, three each."""
 
-    def __init__(self, program: Program, kernel: Kernel) -> None:
-        self.program, self.kernel = program, kernel
-        self.touches = Touches(program, kernel)
-        self.read = Reader(program, kernel, 0.0)
-        touches, own = self.touches.all, 2 * len(self.touches.all)
+    def __init__(self, program: Program) -> None:
+        self.program, self.touched = program, Points(program)
+        touches, own = self.touched.all, 2 * len(self.touched.all)
         pushes = [t.slots[f"push_{way}"] for t in touches for way in "nt"]
         found: dict[tuple[int, ...], int] = {}  # the pushes of a body -> its first port
         rates = [t.read[name] for t in touches for name in ("v", "slip")]
@@ -108,14 +107,60 @@ class Ports:
                 accelerations += [read[name] for name in ("a_x", "a_y", "z")]
             members.append(Member(action.component, action.span, read, found[slots]))
         self.members, self.count = tuple(members), len(pushes)
-        self._pushes = np.array(pushes, dtype=np.int64)
+        self.pushes, self.rates, self.accelerations = pushes, rates, accelerations
         before = {d.slot: d.pre for d in program.discretes}
-        self._before = np.array([before[slot] for slot in pushes], dtype=np.int64)
-        self.velocity = Column(program, rates, self.read)
-        self._acceleration = Column(program, accelerations, self.read)
+        self.before = [before[slot] for slot in pushes]
         self._felt = _felt(program, pushes)
-        self._accelerations = [self._feels(e) for e in accelerations]
+        #: By port, the pushes that its acceleration depends on, as bits.
+        self.felt = [self._feels(e) for e in accelerations]
         self.groups = self._find_groups()
+
+    def crowds(self) -> dict[str, list[int]]:
+        """The members of each crowd."""
+        found: dict[str, list[int]] = {}
+        for i, member in enumerate(self.members):
+            found.setdefault(member.crowd, []).append(i)
+        return found
+
+    def states_feel(self, slots: Iterable[int]) -> list[int]:
+        """The pushes that values depend on, by their slots, as bits."""
+        by_slot = {self.program.slots.get(repr(e)): bits for e, bits in self._felt.items()}
+        return [by_slot.get(slot, 0) for slot in slots]
+
+    def _feels(self, e: Expr) -> int:
+        bits = 0
+        for symbol in symbols(e):
+            bits |= self._felt.get(symbol, 0)
+        return bits
+
+    def _find_groups(self) -> Array:
+        """Ports that move each other have one number; what moves nothing has -1."""
+        group = list(range(self.count))
+
+        def root(i: int) -> int:
+            while group[i] != i:
+                group[i] = i = group[group[i]]
+            return i
+
+        for row, bits in enumerate(self.felt):
+            for port in columns_of(bits):
+                group[root(port)] = root(row)
+        still = [bits == 0 for bits in self.felt]
+        return np.array([-1 if still[i] else root(i) for i in range(self.count)], dtype=np.int64)
+
+
+class Ports(Sites):
+    """The ports of a run."""
+
+    def __init__(self, program: Program, kernel: Kernel) -> None:
+        super().__init__(program)
+        self.kernel = kernel
+        self.touches = Touches(program, kernel)
+        self.read = Reader(program, kernel, 0.0)
+        self._pushes = np.array(self.pushes, dtype=np.int64)
+        self._before = np.array(self.before, dtype=np.int64)
+        self.velocity = Column(program, self.rates, self.read)
+        self._acceleration = Column(program, self.accelerations, self.read)
         self._selection: tuple[int, ...] = ()
 
     def push(self, forces: Vector) -> None:
@@ -148,15 +193,6 @@ class Ports:
         self.push(np.zeros(self.count))
         return Response(self._v.matrix(velocity, self.count), self._b.matrix(states, self.count))
 
-    # What feels which push
-
-    def _feels(self, e: Expr) -> int:
-        """The pushes that an expression depends on, as bits."""
-        bits = 0
-        for symbol in symbols(e):
-            bits |= self._felt.get(symbol, 0)
-        return bits
-
     def _choose(self, selection: tuple[int, ...]) -> None:
         """Find the pattern and the colours for a choice of states."""
         if selection == self._selection:
@@ -164,28 +200,10 @@ class Ports:
         self._selection = selection
         chosen = [self.program.candidates[i] for i in selection]
         self._rates = np.array([c.derivative for c in chosen], dtype=np.int64)
-        by_slot = {self.program.slots.get(repr(e)): bits for e, bits in self._felt.items()}
-        states = [by_slot.get(slot, 0) for slot in self._rates.tolist()]
-        self._colours = np.array(
-            _colours((*self._accelerations, *states), self.count), dtype=np.int64
-        )
-        self._v = _Pattern(self._accelerations, self._colours)
+        states = self.states_feel(self._rates.tolist())
+        self._colours = np.array(colour((*self.felt, *states), self.count), dtype=np.int64)
+        self._v = _Pattern(self.felt, self._colours)
         self._b = _Pattern(states, self._colours)
-
-    def _find_groups(self) -> Array:
-        """Ports that move each other have one number; what moves nothing has -1."""
-        group = list(range(self.count))
-
-        def root(i: int) -> int:
-            while group[i] != i:
-                group[i] = i = group[group[i]]
-            return i
-
-        for row, bits in enumerate(self._accelerations):
-            for port in _bits(bits):
-                group[root(port)] = root(row)
-        still = [bits == 0 for bits in self._accelerations]
-        return np.array([-1 if still[i] else root(i) for i in range(self.count)], dtype=np.int64)
 
 
 def _crowds(program: Program) -> Iterable[Impact]:
@@ -219,7 +237,8 @@ def _flow(program: Program, statement: Statement) -> tuple[list[Expr], list[Expr
     return targets, [let.value for let in lets] + [*code.residuals]
 
 
-def _bits(bits: int) -> Iterable[int]:
+def columns_of(bits: int) -> Iterable[int]:
+    """The places of the bits that are set, as they rise."""
     while bits:
         low = bits & -bits
         yield low.bit_length() - 1
@@ -230,7 +249,7 @@ class _Pattern:
     """The entries of a sparse matrix, row by row, from the columns of each row as bits."""
 
     def __init__(self, rows: Sequence[int], colours: Array) -> None:
-        columns = [list(_bits(bits)) for bits in rows]
+        columns = [list(columns_of(bits)) for bits in rows]
         counts = [len(c) for c in columns]
         self._columns = np.array([j for c in columns for j in c], dtype=np.int32)
         self._starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
@@ -243,14 +262,14 @@ class _Pattern:
         return csr_array((entries, self._columns, self._starts), shape=shape)
 
 
-def _colours(rows: Sequence[int], count: int) -> list[int]:
+def colour(rows: Sequence[int], count: int) -> list[int]:
     """A colour for each column: those of one colour have no row in common."""
     near = [0] * count
     for bits in set(rows):
-        for j in _bits(bits):
+        for j in columns_of(bits):
             near[j] |= bits
     colours: list[int] = []
     for j in range(count):
-        taken = {colours[i] for i in _bits(near[j] & ((1 << j) - 1))}
+        taken = {colours[i] for i in columns_of(near[j] & ((1 << j) - 1))}
         colours.append(next(c for c in range(len(taken) + 1) if c not in taken))
     return colours

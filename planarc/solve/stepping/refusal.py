@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import Diagnostic, error
+from collections.abc import Sequence
+
+from planarc.core.diagnostic import Diagnostic, UsageError, error, usage_error
 from planarc.core.source import Span
 from planarc.ir.expr import Expr
 from planarc.ir.places import own_part
@@ -33,18 +35,27 @@ def refuse_what_events_need(ports: Ports) -> None:
         raise error("R483", message, program.span, hint=hint)
 
 
+def no_implicit_steps(crowd: str) -> UsageError:
+    """R483 for a crowd whose steps are asked to be implicit."""
+    return usage_error(
+        "R483",
+        f"the crowd `{crowd}` is followed by steps with contacts: none is implicit",
+        hint="leave `--stiff` out: stepping has a method of its own",
+    )
+
+
 def overlap(
-    ports: Ports, depth: float, t: float, first: Expr, second: Expr, crowd: str
+    program: Program, crowd: str, t: float, bodies: Sequence[str] = (), depth: str = ""
 ) -> Diagnostic:
-    """Two bodies of a crowd that start in each other, told by the expressions of their places."""
-    name, other = _body(first), _body(second)
-    message = f"{name} and {other} overlap by {depth:.3g} m in `{crowd}` at t = {t:.6g} s"
-    part = own_part(ports.program, crowd)
-    span = part.span if part else None
+    """Two bodies of a crowd that start in each other, with their names where these are known."""
+    told = f"{' and '.join(bodies)} overlap by {depth} m" if bodies else "bodies overlap"
+    part = own_part(program, crowd)
+    message, span = f"{told} in `{crowd}` at t = {t:.6g} s", part.span if part else None
     return Diagnostic("R480", message, span, hint="start the bodies apart, or where they touch")
 
 
-def _body(x: Expr) -> str:
+def body(x: Expr) -> str:
+    """A body by the expression of its place."""
     name = repr(x)
     return f"`{name.removesuffix('.r[1]')}`" if name.endswith(".r[1]") else "a wall"
 

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 import planarc
 from planarc.core.options import RunOptions
+from planarc.solve.stepping.angles import sine_and_cosine
 from planarc.solve.stepping.crowd import Near
 from planarc.solve.stepping.impulses import solve_impulses
 from planarc.solve.stepping.ports import Ports
@@ -105,6 +106,19 @@ def test_a_loop_answers_as_its_constraints_say(backend: str) -> None:
         m += mass * (speed[0] ** 2 + speed[1] ** 2) + inertia * of(f"{name}.body.w") ** 2
     assert found is not None
     np.testing.assert_allclose(found.velocity.toarray(), np.outer(j, j) / m, atol=1e-9)
+
+
+def test_sines_are_right_and_the_same_everywhere() -> None:
+    """Some digits by their bits, as other processors and languages have to give them."""
+    angles = np.append(np.random.default_rng(17).uniform(-300, 300, 10_000), [0.0, 1e5, -1e5])
+    sine, cosine = sine_and_cosine(angles)
+    np.testing.assert_allclose(sine, np.sin(angles), rtol=0, atol=2.3e-16)
+    np.testing.assert_allclose(cosine, np.cos(angles), rtol=0, atol=2.3e-16)
+    known = sine_and_cosine(np.array([0.5, 2.0, -3.0]))
+    assert [[float(v).hex() for v in values] for values in known] == [
+        ["0x1.eaee8744b05f0p-2", "0x1.d18f6ead1b446p-1", "-0x1.210386db6d55bp-3"],
+        ["0x1.c1528065b7d50p-1", "-0x1.aa22657537205p-2", "-0x1.fae04be85e5d2p-1"],
+    ]
 
 
 def test_neighbours_grow_with_the_number_of_bodies() -> None:

@@ -14,6 +14,6 @@ declare void @px_intervals(ptr, ptr, ptr)
 """
 
 
-def past_functions() -> tuple[str, ...]:
-    return (_MODEL, *piece_functions(), *record_functions(), *kink_functions(),
+def past_functions(crowded: bool) -> tuple[str, ...]:
+    return (_MODEL, *piece_functions(), *record_functions(crowded), *kink_functions(),
             *start_functions())  # fmt: skip

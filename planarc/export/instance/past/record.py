@@ -37,9 +37,10 @@ _NEARER = 0.5
 _OWN, _ENDS, _HOST = range(3)
 
 
-def record_functions() -> tuple[str, ...]:
-    return (_hermite(), _inputs(), _gather_at(), _gather(), _take(), _straighten(), _bend_at(),
-            _bend(), _record(), _mark())  # fmt: skip
+def record_functions(crowded: bool) -> tuple[str, ...]:
+    """`crowded`: steps have one length, and are not shortened for what jumps within them."""
+    return (_hermite(), _inputs(), _gather_at(), _gather(), _take(crowded), _straighten(),
+            _bend_at(), _bend(), _record(), _mark())  # fmt: skip
 
 
 @function("void px_hermite(ptr m, ptr y0, ptr f0, ptr y1, ptr f1, double h, double s, ptr out)")
@@ -120,19 +121,20 @@ def _gather(c: Code, m: Value, t: Value, h: Value, end: Value, way: Value, *ends
 
 
 @function("i32 px_take(ptr m, double t, double h)")
-def _take(c: Code, m: Value, t: Value, h: Value) -> None:
+def _take(c: Code, m: Value, t: Value, h: Value, crowded: bool) -> None:
     past = Past(c, m)
     room = c.call(FLAG, "px_make_room", m, t - past.real(Head.LONGEST))
     with c.when(~room.equals(0), leaves=True):
         c.give(room)
-    stiff = m.load(REAL, Own.STIFF) > 0.0
-    way = c.emit(INT, f"select i1 {stiff.text}, i64 {_ENDS}, i64 {_OWN}")
+    way = whole(c, _OWN)
+    if not crowded:
+        way = c.select(m.load(REAL, Own.STIFF) > 0.0, whole(c, _ENDS), way)
     c.run("px_straighten", m)
     ends = (vector(c, m, BEGIN), vector(c, m, 0), vector(c, m, END), vector(c, m, 6))
     flag = c.call(FLAG, "px_gather", m, t, h, m.load(REAL, Own.REACH), way, *ends)
     with c.when(~flag.equals(0), leaves=True):
         c.give(1)
-    c.give(c.call(FLAG, "px_append", m, whole(c, 1)))
+    c.give(c.call(FLAG, "px_append", m, whole(c, not crowded)))
 
 
 @function("void px_straighten(ptr m)")
