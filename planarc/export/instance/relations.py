@@ -193,7 +193,7 @@ def _widen(c: Code, m: Value, t: Value) -> None:
             far.set(far.get() + beyond * more)
         # What a touch compares is known better: bounces may be lower than what is quiet.
         touch = told(c, i, Row.TOUCH).equals(1)
-        least = c.select(touch, c.constant(QUIET, REAL), quiet)
+        least = c.select(touch, largest.load(REAL, i) * NOISE, quiet)
         stands = (c.absolute(rises.load(REAL, i)) <= least * STILL) & (c.absolute(g) <= least)
         with c.when(stands):
             far.set(larger(c, far.get(), least * STILL))
