@@ -6,7 +6,7 @@ The code of derivatives is made when it is first asked for, by a solver that pay
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import field
 
@@ -37,6 +37,7 @@ class Compiled(Data):
     remembered: bool = False  # True when it came from the cache
     lead: Compiled | None = None  # what leads to its start, where it has a simplified form
     _slopes: dict[Scope, str | bytes | None] = field(default_factory=dict)
+    beside: dict[str, Any] = field(default_factory=dict)  # what rooms above make of it once
 
     @classmethod
     def of(

@@ -1,7 +1,6 @@
 """The map: from a file to a result, every way that data takes.
 
     stage        takes               gives               in                        kept on disk
-    ----------   -----------------   -----------------   -----------------------   ---------------
     open         Request             Target              request/request.py
     parse        source text         syntax tree         parse/parser.py           syntax, grammar
     flatten      Target              FlatModel           flatten/pipeline.py
@@ -15,21 +14,18 @@
     explain      Result              Result              insight/happenings.py
     study        Result, Kernel      Insight             insight/study.py
 
-    beside the row
     recall       Request             Compiled            remembered.py             models
     check        Request             Checked             probe/check.py            checks
     mobility     Compiled            Mobility            probe/check.py
     redundancy   Dae, Mechanism      Program             probe/redundancy.py
     slopes       Program             code                compiled.py               slopes
     lead         FlatModel           Compiled            compiled.py               models
+    rehearse     Compiled, options   Result              export/rehearsal/         native
     handbook     library             HTML                catalog/handbook/         pages
 
-`recall` takes the place of everything from `open` to `print` while no file has changed.
-`check` goes as far as `structure`, and puts a mechanism with loops together once, for `mobility`.
-With `redundant="accept"`, `redundancy` takes the place of `structure` and `codegen`: it makes a
-program, looks at its start, and again (at most five times) until nothing redundant is left in it.
-Kernels ask for `slopes` while they run. `lead` is the way to a start that `homotopy` simplifies.
-The stages stand in `stages.py`, each with its clock and its errors; they do not know each other.
+`recall` takes the place of all up to `print` while no file has changed; `check` goes as far as
+`structure`; `redundancy` makes programs until a start has nothing redundant in it; `lead` leads to
+starts that `homotopy` simplifies. Stages stand in `stages.py`, and do not know each other.
 """
 
 from __future__ import annotations
@@ -106,9 +102,13 @@ def run(
     kernel: Kernel | Kept | None = None,
 ) -> Result:
     """The one door to a run. A `kernel` that was loaded before, or is driven, is used as it is."""
+    clock = clock or Clock()
+    if not options.solver.home:
+        from planarc.export.rehearsal.run import rehearse
+
+        return stages.explain(rehearse(compiled, options, clock, progress), options.tolerance)
     from planarc.solve.simulate import simulate
 
-    clock = clock or Clock()
     with clock.phase("load"):
         kernel = kernel or compiled.load()
     with clock.phase("simulate"):

@@ -12,8 +12,11 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from msgspec.structs import replace
 
 from planarc.core import processes
+from planarc.core.options import Backend, Solver
+from planarc.solve.kept import Kept
 
 # How long an example takes says more about the machine than about planarc.
 settings.register_profile("planarc", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -36,11 +39,46 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="rewrite the golden files; read them as a reviewer",
     )
     parser.addoption(
+        "--exported",
+        action="store_true",
+        help="simulate by exported models: `pytest --exported tests/mechanisms tests/stdlib`",
+    )
+    parser.addoption(
         "--screenshots",
         metavar="DIR",
         help="keep the pictures of the pages here (default: $PLANARC_SCREENSHOTS, else in "
         "pytest's temporary folder)",
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "usual: what exported models do not do as other runs do")
+    if config.getoption("--exported"):
+        _run_exported()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--exported"):
+        for item in items:
+            if item.get_closest_marker("usual"):
+                item.add_marker(pytest.mark.skip(reason="exported models do not do this"))
+
+
+def _run_exported() -> None:
+    """Let the one door to a run lead to exported models, before anyone else knows it."""
+    from planarc import compiler
+
+    usual = compiler.run
+
+    def run(compiled: Any, options: Any, clock: Any = None, progress: Any = None,
+            kernel: Any = None) -> Any:  # fmt: skip
+        plain = options.fixed_step is options.contact is None and options.solver is Solver.AUTO
+        native = compiled.backend is options.backend is Backend.NATIVE
+        if plain and native and (kernel is None or isinstance(kernel, Kept)):
+            options = replace(options, solver=Solver.EXPORTED)
+        return usual(compiled, options, clock, progress, kernel)
+
+    compiler.run = run
 
 
 @pytest.fixture(scope="session", autouse=True)

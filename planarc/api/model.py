@@ -242,6 +242,9 @@ class Model(Loaded):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
         if inputs:
+            if not options.solver.home:
+                raise usage_error("R407", f"the solver `{options.solver}` takes no input signals",
+                                  hint="leave the solver out")  # fmt: skip
             kernel = self.forced(compiled.load(), options, inputs)
             rows = run(compiled, options, progress=progress, kernel=kernel)
         else:

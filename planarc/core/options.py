@@ -26,8 +26,9 @@ def fastest_backend() -> Backend:
 
 
 class Solver(StrEnum):
-    """An integrator by its name; `home` is the module of `solve/solvers` that makes it, `fixed`
-    whether its steps have one length, which the user gives."""
+    """An integrator by its name; `home` is the module of `solve/solvers` that makes it, or none
+    where the whole run is that of an exported model; `fixed` whether its steps have one length,
+    which the user gives."""
 
     home: str
     fixed: bool
@@ -44,6 +45,8 @@ class Solver(StrEnum):
     SCIPY_BDF = "scipy-bdf", "scipy"
     EULER = "euler", "fixed", True
     RK4 = "rk4", "fixed", True
+    EXPORTED = "exported", ""  # explicit steps, as FMUs and pages take
+    EXPORTED_STIFF = "exported-stiff", ""  # implicit ones
 
 
 #: Those that take steps of one length.

@@ -66,4 +66,9 @@ def derivatives(program: Program, shown: Interface) -> Slopes | None:
 
 def tolerance_of(program: Program) -> float:
     """The tolerance of an exported model's own integrator."""
-    return min(_FINER * program.experiment.tolerance, _FINEST)
+    return finer(program.experiment.tolerance)
+
+
+def finer(tolerance: float) -> float:
+    """The same where results shall have this one."""
+    return min(_FINER * tolerance, _FINEST)

@@ -139,6 +139,8 @@ def _crowd(program: Program) -> Impact | None:
 def _solver(options: RunOptions, stepping: bool) -> Solver:
     """The solver, where a step of fixed length and its method agree."""
     length, solver = options.fixed_step, options.solver
+    if stepping and not solver.home and options.contact is None and length is None:
+        return solver  # an exported model has the length of its steps
     if stepping and solver is not Solver.AUTO:
         raise _usage(
             "R407",

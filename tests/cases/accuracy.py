@@ -20,7 +20,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 FOLDERS = sorted(path.parent for path in HERE.glob("*/case.json"))
-SOLVERS = ("auto", "cvode-adams", "lsoda", "scipy-bdf")
+SOLVERS = ("auto", "cvode-adams", "lsoda", "scipy-bdf", "exported")
 TOLERANCES = ("1e-6", "1e-9")
 
 

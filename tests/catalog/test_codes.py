@@ -20,7 +20,7 @@ ROOMS = {
     "L": {"lower"},
     "S": {"structure", "probe", "insight"},
     "G": {"codegen"},
-    "R": {"solve", "probe", "api", "insight"},
+    "R": {"solve", "probe", "api", "insight", "export"},  # exported models run, too
     "V": {"api", "catalog", "view"},
     "X": {"catalog", "core"},
 }

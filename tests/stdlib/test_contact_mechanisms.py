@@ -201,6 +201,7 @@ def a_fourbar(rng: Any) -> tuple[dict[str, float], Any]:
     return given, rng.uniform(-5, 5, 1)
 
 
+@pytest.mark.usual
 @pytest.mark.parametrize("backend", ["native", "numpy"])
 @pytest.mark.parametrize(
     ("text", "make"), [(PENDULUM, a_pendulum), (FOURBAR, a_fourbar)], ids=["double", "four-bar"]
@@ -227,6 +228,7 @@ def test_velocities_jump_as_those_of_a_system_in_absolute_coordinates(
         assert after <= before * (1 + 1e-12)
 
 
+@pytest.mark.usual
 @pytest.mark.parametrize("backend", ["native", "numpy"])
 def test_an_impact_stops_what_it_hardly_moves(backend: str) -> None:
     """The normal is nearly square to the path of the point."""

@@ -332,6 +332,7 @@ equation
     ]  # fmt: skip
 
 
+@pytest.mark.usual
 @both_backends
 def test_a_carriage_on_redundant_guides_strikes_a_wall(backend: str) -> None:
     """As on one guide, and without a word about what the guides share at the blow."""

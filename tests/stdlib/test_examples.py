@@ -96,6 +96,7 @@ def test_the_cam_loses_its_follower_where_nothing_presses_it(backend: str) -> No
     assert len(flights) > 3
 
 
+@pytest.mark.usual
 @both_backends
 def test_the_geneva_drive_steps_by_its_closed_form_within_its_play(backend: str) -> None:
     result = example("geneva_drive", backend)

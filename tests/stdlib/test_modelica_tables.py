@@ -29,6 +29,7 @@ def values(result: Any, name: str) -> tuple[Any, Any]:
     return result.time[rows], result[name][rows]
 
 
+@pytest.mark.usual
 @pytest.mark.parametrize(
     ("smoothness", "law"),
     [
@@ -60,6 +61,7 @@ def test_monotone_tables_do_not_overshoot(table: Callable[..., Any], which: int)
     np.testing.assert_allclose(y[np.rint(X * 100).astype(int)], Y, atol=1e-12)
 
 
+@pytest.mark.usual
 @pytest.mark.parametrize(
     ("extrapolation", "before", "after"),
     [("HoldLastPoint", 0, 2), ("LastTwoPoints", -1, 2), ("Periodic", 2, 0)],

@@ -42,6 +42,7 @@ def dropped(boxes: int, seed: int, backend: str) -> Any:
     return tower(boxes, backend).simulate(2, start=start)
 
 
+@pytest.mark.usual
 @pytest.mark.parametrize(
     ("boxes", "seed", "backend"),
     [*((2, seed, "native") for seed in range(8)), (2, 8, "numpy"), (3, 1, "native")],

@@ -24,14 +24,13 @@ and to the starts of all samplers, then their intervals.
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
+from planarc.export.heard import tell_events
 from planarc.export.instance.block import whole
-from planarc.export.instance.instants import samples
-from planarc.export.instance.relations import numbers_of
 from planarc.export.instance.settling import ACTED
-from planarc.export.plan import Own, Phase, Relation, Sample, Stale
+from planarc.export.plan import Own, Phase, Stale
 
 
 def functions(eventful: bool = False, crowded: bool = False) -> Entries:
@@ -39,7 +38,7 @@ def functions(eventful: bool = False, crowded: bool = False) -> Entries:
     their own length."""
     e = Entries(lambda *_: None, crowded=crowded)
     if eventful:
-        _tell(e)
+        tell_events(e, "page_event")
     with e.plain("page_new", "", POINTER) as (c, _):
         null = Value(c, POINTER, "null")
         c.give(c.call(POINTER, "px_new", null, null, whole(c, 0), null))
@@ -54,21 +53,6 @@ def functions(eventful: bool = False, crowded: bool = False) -> Entries:
         c.give(open_frame(m)[0])
     _rows(e)
     return e
-
-
-def _tell(e: Entries) -> None:
-    c = Code("px_notice", "void", ((POINTER, "m"), (INT, "behind")))
-    m, behind = c.arguments
-    w, _, _, _ = open_frame(m)
-    t = w.load(REAL)
-    with c.when(behind.equals(0)):  # what results show need not be there
-        c.call(FLAG, "pc_outputs", m, t, m.load(POINTER, Own.Y))
-    told = (numbers_of(c, m, Relation.CROSSING), samples(c, m, Sample.FIRED),
-            samples(c, m, Sample.START))  # fmt: skip
-    c.run("page_event", t, c.flag(behind), w, *told)
-    c.give()
-    e.also("declare void @page_event(double, i32, ptr, ptr, ptr, ptr)\n" + c.text(SELDOM))
-    e.tells = True
 
 
 def _long(c: Code, value: Value) -> Value:

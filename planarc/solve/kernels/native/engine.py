@@ -43,14 +43,14 @@ def _external(function: int, output: int, count: int, arguments: Any) -> float:
 
 _EXTERNALS: Final = tuple(external.INDEX)
 #: Its address serves all engines, so it lives as long as the process.
-_CALLED: Final = ctypes.CFUNCTYPE(_REAL, *[ctypes.c_int64] * 3, ctypes.POINTER(_REAL))(_external)
+CALLED: Final = ctypes.CFUNCTYPE(_REAL, *[ctypes.c_int64] * 3, ctypes.POINTER(_REAL))(_external)
 
 
 class Engine:
     """Owns the memory of the functions: it must outlive every address taken from it."""
 
     def __init__(self, code: bytes) -> None:
-        called = ctypes.cast(_CALLED, _POINTER).value or 0
+        called = ctypes.cast(CALLED, _POINTER).value or 0
         self._linker = (OwnLinker if PLACES else LlvmLinker)({"pc_external": called})
         self.add(code)
         self.functions = {name: self._function(name) for name in _SIGNATURES}
