@@ -27,6 +27,9 @@ from planarc.ir.program import Program
 from planarc.runtime.history import History
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from planarc.core.arrays import Vector
 
 
@@ -74,6 +77,12 @@ class StartForm(Protocol):
         """An orthonormal basis, in columns, of what changes none of row 0 of `differences`, to
         first order; rows below this part of the longest depend on others. None where singular
         values must tell."""
+
+    def begin(
+        self, t: float, plan: NDArray[np.int64], slots: tuple[int, ...]
+    ) -> Sequence[list[Any]] | None:
+        """The start where it is plain (`planarc.ir.begin`), `slots` being those of fixed variables:
+        what stands first in the room. The workspace is at the start. None where it is not plain."""
 
 
 class Addresses(Data):

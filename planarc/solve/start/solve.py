@@ -27,21 +27,22 @@ Raises:   PlanarcError R411 (fixed values contradict), R412 (does not assemble),
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.ir.dae import MISFIT
 from planarc.ir.kernel import Kernel
-from planarc.ir.program import Program
+from planarc.ir.program import FixedSlot, Program
 from planarc.ir.result import Held
 from planarc.solve.rescue.rescue import Rescue
-from planarc.solve.start import sharing
+from planarc.solve.start import plain, sharing
 from planarc.solve.start.assembly import assemble
 from planarc.solve.start.held import choose_closed, choose_fixed, choose_held, is_confirmed
 from planarc.solve.start.redundancy import refuse_redundancy
 from planarc.solve.start.singular import refuse_singular
-from planarc.solve.start.system import System, form_of
+from planarc.solve.start.system import System, form_of, is_written
+from planarc.solve.states.selector import Determined
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 class Start(Data):
     values: tuple[float, ...]  # of the candidates
     held: tuple[Held, ...]  # of the candidates, then of other variables with a written start
+    determined: Determined | None = None  # the choice of states there, where it is known
 
 
 def solve_start(
@@ -67,6 +69,10 @@ def solve_start(
     mechanism, before it is known whether it can move. `near` are the candidates at a place that
     is better as a guess than start values that nothing holds; with `follow` it was an assembly, and
     one beside it is taken without looking for others."""
+    ordinary = near is None and judge is refuse_redundancy
+    if ordinary and (found := plain.begin(program, kernel, t, given)) is not None:
+        told = _told(program, kernel.w, given, found.uses, form_of(program).fixed)
+        return Start(found.values, told, found.determined)
     import numpy as np
 
     u0 = np.array(form_of(program).starts(kernel.w), float)
@@ -118,12 +124,22 @@ def _finish(
         # Judging has evaluated other places: the kernel is to say what fails at this one.
         raise not_evaluated(system, system.evaluate_flag(values))
     w, found = system.kernel.w, values.tolist()
-    told = [
-        Held(c.display, float(w[c.start]), v, bool(h))
-        for c, v, h in zip(program.candidates, found, held, strict=True)
-    ]
+    starts = [float(w[c.start]) for c in program.candidates]
+    uses = zip(starts, found, map(bool, held), strict=True)
+    return Start(tuple(found), _told(program, w, system.given, uses, system.conditions))
+
+
+def _told(
+    program: Program,
+    w: Sequence[float],
+    given: frozenset[int],
+    uses: Iterable[tuple[float, float, bool]],
+    conditions: Sequence[FixedSlot],
+) -> tuple[Held, ...]:
+    """The use of each start value; `uses` are those of the candidates: what was wanted, what it
+    became, whether it is held."""
+    told = [Held(c.display, *use) for c, use in zip(program.candidates, uses, strict=True)]
     for f in program.fixed:
-        if system.written(f) and not f.display.startswith(MISFIT):
-            wanted, value = float(w[f.start]), float(w[f.slot])
-            told.append(Held(f.display, wanted, value, f in system.conditions))
-    return Start(tuple(found), tuple(told))
+        if is_written(f, given) and not f.display.startswith(MISFIT):
+            told.append(Held(f.display, float(w[f.start]), float(w[f.slot]), f in conditions))
+    return tuple(told)

@@ -63,7 +63,7 @@ class System:
         self.stages = _stages(program, form, self.conditions) if self.conditions else form.stages
         #: All that asks to be held: fixed candidates (by number), then all that was written, by
         #: StateSelect and declaration; and the variables among these that are no candidates.
-        self.asking, self.asking_besides = _asking(program, given)
+        self.asking, self.asking_besides = asking_of(program, given)
         self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
@@ -92,7 +92,7 @@ class System:
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
-        return start.start in self.given or _says(start)
+        return is_written(start, self.given)
 
     # Values
 
@@ -254,7 +254,7 @@ def _stages(program: Program, form: Form, conditions: Sequence[FixedSlot]) -> li
     return found
 
 
-def _asking(
+def asking_of(
     program: Program, given: frozenset[int]
 ) -> tuple[list[int | FixedSlot], list[FixedSlot]]:
     known = _asked(program)
@@ -287,6 +287,11 @@ def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | Fix
     found += [(rank(f, False), f, f) for f in program.fixed if not f.fixed]
     order = sorted(found, key=lambda entry: entry[0])
     return [(item, start, _says(start)) for _, item, start in order]
+
+
+def is_written(start: CandidateSlot | FixedSlot, given: frozenset[int]) -> bool:
+    """Whether the user has said where it starts, in the model or for this run."""
+    return start.start in given or _says(start)
 
 
 def _says(start: CandidateSlot | FixedSlot) -> bool:
