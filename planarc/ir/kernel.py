@@ -233,11 +233,30 @@ class Kernel(Protocol):
 Taker: TypeAlias = Callable[[Sequence[float]], tuple[float, ...]]
 
 
+#: Slots up to which they are taken one by one from an array, too: for more that takes several times
+#: as long, and its numbers are slow to reckon with.
+FEW = 6
+
+
 def taker(slots: Sequence[int]) -> Taker:
     """What takes the values of these slots, in their order."""
-    if len(slots) > 1:
-        return itemgetter(*slots)
-    return lambda w: tuple(w[slot] for slot in slots)
+    if len(slots) < 2:
+        return lambda w: tuple(w[slot] for slot in slots)
+    pick, places = itemgetter(*slots), list["NDArray[np.intp]"]()
+    if len(slots) <= FEW:
+        return pick
+
+    def take(w: Any) -> tuple[float, ...]:
+        if isinstance(w, list):
+            found: tuple[float, ...] = pick(w)
+            return found
+        if not places:
+            import numpy as np
+
+            places.append(np.array(slots, np.intp))
+        return tuple(w.take(places[0]).tolist())
+
+    return take
 
 
 @contextmanager
