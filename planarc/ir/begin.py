@@ -20,52 +20,51 @@ start; behind them whatever the start needs.
 
 from __future__ import annotations
 
-from enum import IntEnum
 from typing import Final
 
 from planarc.ir.flat import StateSelect
 
 
-class Plan(IntEnum):
+class Plan:
     """Numbers of the head: the others are where lists begin."""
 
-    ASKED = 0  # how many ask to be held
-    FIXED = 1  # the first of these must be
-    FREE = 2  # 1 where there are no conditions: all candidates are held
-    BLOCKS = 3  # how many
-    LEVELS = 4
-    TOGETHER = 5  # 1 where all conditions are looked at once more
-    OWN = 6
-    ASKING = 7
-    BELOW = 8
-    WANTED = 9
-    LEVEL = 10
-    HEAD = 11
+    ASKED: Final = 0  # how many ask to be held
+    FIXED: Final = 1  # the first of these must be
+    FREE: Final = 2  # 1 where there are no conditions: all candidates are held
+    BLOCKS: Final = 3  # how many
+    LEVELS: Final = 4
+    TOGETHER: Final = 5  # 1 where all conditions are looked at once more
+    OWN: Final = 6
+    ASKING: Final = 7
+    BELOW: Final = 8
+    WANTED: Final = 9
+    LEVEL: Final = 10
+    HEAD: Final = 11
 
 
-class Own(IntEnum):
+class Own:
     """The numbers of a candidate."""
 
-    START = 0
-    RATE = 1
-    KIND = 2
-    DERIVATIVE = 3
-    WEIGHT = 4
-    COUNT = 5
+    START: Final = 0
+    RATE: Final = 1
+    KIND: Final = 2
+    DERIVATIVE: Final = 3
+    WEIGHT: Final = 4
+    COUNT: Final = 5
 
 
-class Below(IntEnum):
+class Below:
     """The numbers of a block."""
 
-    ROW = 0  # the first of its rows
-    ROWS = 1
-    FIRST = 2  # the first of its candidates
-    TEARS = 3
-    LINEAR = 4
-    JACOBIAN = 5  # the place in `area`
-    JUDGED = 6  # 1 where its rows must be independent of each other
-    CHOOSES = 7  # 1 where it chooses its states itself
-    COUNT = 8
+    ROW: Final = 0  # the first of its rows
+    ROWS: Final = 1
+    FIRST: Final = 2  # the first of its candidates
+    TEARS: Final = 3
+    LINEAR: Final = 4
+    JACOBIAN: Final = 5  # the place in `area`
+    JUDGED: Final = 6  # 1 where its rows must be independent of each other
+    CHOOSES: Final = 7  # 1 where it chooses its states itself
+    COUNT: Final = 8
 
 
 #: Numbers of a guide that is no candidate, and of a level before its blocks.

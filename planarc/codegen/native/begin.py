@@ -74,14 +74,14 @@ class Start:
         self.units = self.motions.at(n * n)
         self.out = self.units.at(n * n)
 
-    def number(self, name: Plan) -> Value:
+    def number(self, name: int) -> Value:
         return self.plan.load(INT, name)
 
-    def own(self, candidate: Value, name: Own) -> Value:
-        kind = REAL if name is Own.WEIGHT else INT
+    def own(self, candidate: Value, name: int) -> Value:
+        kind = REAL if name == Own.WEIGHT else INT
         return self.plan.at(self.number(Plan.OWN) + candidate * Own.COUNT).load(kind, name)
 
-    def block(self, number: Value, name: Below) -> Value:
+    def block(self, number: Value, name: int) -> Value:
         return self.plan.at(self.number(Plan.BELOW) + number * Below.COUNT).load(INT, name)
 
     def value(self, candidate: Value) -> Value:

@@ -29,12 +29,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
 from planarc.ir.begin import JOINT, NEAR, OTHER, WRITTEN
-from planarc.ir.flat import StateSelect
 from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.start import newton
 from planarc.solve.start.stage import Part, solve_stage
-from planarc.solve.start.system import System, declared
+from planarc.solve.start.system import System, declared, weight_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -251,11 +250,6 @@ class _Level:
             enough = min(distances) * (1 + 1e-6) + 1e-12
             near = [i for i, d in zip(near, distances, strict=True) if d <= enough]
         return found[max(near, key=lambda i: tuple(round(v, 6) for v in values[i].tolist()))]
-
-
-def weight_of(item: CandidateSlot | FixedSlot, written: bool) -> float:
-    """The weight of a start value as a guide."""
-    return WRITTEN if written else JOINT if item.select >= StateSelect.PREFER else OTHER
 
 
 def _weight(guide: Guide, way: float) -> float:

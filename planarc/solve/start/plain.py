@@ -22,8 +22,7 @@ from planarc.ir.frame import place
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
-from planarc.solve.start.branch import weight_of
-from planarc.solve.start.system import asking_of, form_of, is_written
+from planarc.solve.start.system import asking_of, form_of, is_written, weight_of
 from planarc.solve.states.selector import Determined, choosing, kinds_of
 
 if TYPE_CHECKING:

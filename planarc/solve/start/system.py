@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.ir.begin import JOINT, OTHER, WRITTEN
+from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import BlockCode, CandidateSlot, FixedSlot, Program
 from planarc.solve.rescue.rescue import Rescue
-from planarc.solve.start import newton
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -198,6 +199,8 @@ class System:
             full[chosen] = z
             return self.values(full, slots)
 
+        from planarc.solve.start import newton
+
         here = self.values(u, slots)
         return None if here is None else newton.differences(moved, u[chosen], here)
 
@@ -292,6 +295,11 @@ def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | Fix
 def is_written(start: CandidateSlot | FixedSlot, given: frozenset[int]) -> bool:
     """Whether the user has said where it starts, in the model or for this run."""
     return start.start in given or _says(start)
+
+
+def weight_of(start: CandidateSlot | FixedSlot, written: bool) -> float:
+    """The weight of a start value as a guide (`branch`)."""
+    return WRITTEN if written else JOINT if start.select >= StateSelect.PREFER else OTHER
 
 
 def _says(start: CandidateSlot | FixedSlot) -> bool:
