@@ -7,8 +7,10 @@ once, for what never comes back.
 
 from __future__ import annotations
 
-import signal
 import threading
+
+# Beneath the module `signal`, which looks for names of numbers and handlers, for 20 us a run.
+from _signal import SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]
 from types import FrameType
 
 
@@ -25,16 +27,16 @@ class Interruption:
 
     def __enter__(self) -> Interruption:
         here = threading.current_thread() is threading.main_thread()
-        if here and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self._take)
+        if here and getsignal(SIGINT) is default_int_handler:
+            signal(SIGINT, self._take)
             self._installed = True
         return self
 
     def _take(self, number: int, frame: FrameType | None) -> None:
         if self.asked:
-            signal.default_int_handler(number, frame)
+            default_int_handler(number, frame)
         self.asked = True
 
     def __exit__(self, *_: object) -> None:
         if self._installed:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal(SIGINT, default_int_handler)

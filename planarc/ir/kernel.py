@@ -27,6 +27,9 @@ from planarc.ir.program import Program
 from planarc.runtime.history import History
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from planarc.core.arrays import Vector
 
 
@@ -74,6 +77,12 @@ class StartForm(Protocol):
         """An orthonormal basis, in columns, of what changes none of row 0 of `differences`, to
         first order; rows below this part of the longest depend on others. None where singular
         values must tell."""
+
+    def begin(
+        self, t: float, plan: NDArray[np.int64], slots: tuple[int, ...]
+    ) -> Sequence[list[Any]] | None:
+        """The start where it is plain (`planarc.ir.begin`), `slots` being those of fixed variables:
+        what stands first in the room. The workspace is at the start. None where it is not plain."""
 
 
 class Addresses(Data):
@@ -224,11 +233,30 @@ class Kernel(Protocol):
 Taker: TypeAlias = Callable[[Sequence[float]], tuple[float, ...]]
 
 
+#: Slots up to which they are taken one by one from an array, too: for more that takes several times
+#: as long, and its numbers are slow to reckon with.
+FEW = 6
+
+
 def taker(slots: Sequence[int]) -> Taker:
     """What takes the values of these slots, in their order."""
-    if len(slots) > 1:
-        return itemgetter(*slots)
-    return lambda w: tuple(w[slot] for slot in slots)
+    if len(slots) < 2:
+        return lambda w: tuple(w[slot] for slot in slots)
+    pick, places = itemgetter(*slots), list["NDArray[np.intp]"]()
+    if len(slots) <= FEW:
+        return pick
+
+    def take(w: Any) -> tuple[float, ...]:
+        if isinstance(w, list):
+            found: tuple[float, ...] = pick(w)
+            return found
+        if not places:
+            import numpy as np
+
+            places.append(np.array(slots, np.intp))
+        return tuple(w.take(places[0]).tolist())
+
+    return take
 
 
 @contextmanager

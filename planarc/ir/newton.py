@@ -58,10 +58,12 @@ AGREES: Final = 1e-9
 #: Residual, relative to the sum of its terms, below which a direct solution counts.
 FITS: Final = 1e-11
 #: Of conditions at the start: longest change of an unknown in one step, in its own measure
-#: (radians, metres); residuals that count as zero, per size of their row of slopes and of one that
+#: (radians, metres); the part of the residuals that a longer one may leave, since it was along a
+#: straight line; residuals that count as zero, per size of their row of slopes and of one that
 #: is smaller than the second; what a step must leave of them at least; and the step that leaves
 #: nothing to be gained.
 LONGEST: Final = 0.5
+STRAIGHT: Final = 1e-3
 SMALL: Final = 1e-10
 SMALLEST_ROW: Final = 1e-3
 LESS: Final = 1 - 1e-4

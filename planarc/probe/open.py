@@ -34,10 +34,9 @@ class Opened(Data):
 
     def start(self, judge: Callable[[System, Vector], None] | None = None) -> Start:
         """The kernel left at consistent start values; see `solve_start`."""
-        from planarc.solve.start.redundancy import refuse_redundancy
         from planarc.solve.start.solve import solve_start
 
-        return solve_start(self.program, self.kernel, self.t, judge=judge or refuse_redundancy)
+        return solve_start(self.program, self.kernel, self.t, judge=judge)
 
 
 def open_program(program: Program, text: str | None = None) -> Opened:

@@ -107,7 +107,7 @@ class Begun(Bench):
                 self.program, self.kernel, t, given, rescue=self.rescue, near=near, follow=follow
             )
             self.kernel.accept(t)
-            self.states.choose(t, start.held[: len(self.program.candidates)])
+            self.states.choose(t, start.held[: len(self.program.candidates)], start.determined)
             delayed = self.delays.settle_start(t)
             y = self.states.values()
             if not delayed and not (self.events.present and self.events.settle_start(t, y)):

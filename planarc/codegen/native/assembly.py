@@ -271,6 +271,10 @@ class Code:
         """A whole number as a flag of C."""
         return self.emit(FLAG, f"trunc i64 {x.text} to i32")
 
+    def wide(self, x: Value) -> Value:
+        """A flag of C as a whole number."""
+        return self.emit(INT, f"sext i32 {x.text} to i64")
+
     def absolute(self, x: Value) -> Value:
         return self.call(REAL, "llvm.fabs.f64", x)
 

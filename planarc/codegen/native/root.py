@@ -7,7 +7,8 @@ candidates of its `table`. The flag is 0 with the root in the workspace, 1 with 
 values there.
 
 It is the ordinary case of `solve.start.newton`, which does the rest: whole steps, none of them long
-and each of them a better point, from matrices far from singular ones. `out` holds what
+but along straight lines, as of speeds, and each to a better point, from matrices far from singular
+ones. `out` holds what
 `pc_differences` writes, and behind it m*(m + 7) numbers.
 """
 
@@ -16,7 +17,7 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.codegen.native.differences import HEAD, counts
 from planarc.codegen.native.newton import open_frame
-from planarc.ir.newton import ENOUGH, LESS, LONGEST, SMALL, SMALLEST_ROW
+from planarc.ir.newton import ENOUGH, LESS, LONGEST, SMALL, SMALLEST_ROW, STRAIGHT
 
 #: Steps, more of which are no ordinary case.
 _STEPS = 12
@@ -35,7 +36,7 @@ def root_function(
     right = matrix.at(m * m)
     change, sizes, before, order = (right.at(m * k) for k in range(1, 5))
     slots = table.at(HEAD)
-    least, longest, small = c.variable(1e300), c.variable(1.0), c.variable(0, INT)
+    least, longest, small = c.variable(1e300), c.variable(LONGEST), c.variable(0, INT)
     with c.loop(_STEPS):
         flag = c.call(FLAG, "pc_differences", frame, table, out)
         with c.when(~flag.equals(0), leaves=True):
@@ -57,7 +58,8 @@ def root_function(
             right.store(r / scale, i)
             total.set(total.get() + r * r)
         there = total.get().equals(0.0) | (small.get().equals(1) & (longest.get() < ENOUGH))
-        better = total.get() < least.get() * LESS * LESS
+        far = longest.get() > LONGEST
+        better = total.get() < least.get() * c.select(far, STRAIGHT * STRAIGHT, LESS * LESS)
         with c.when(~better & small.get().equals(1)), c.loop(m) as j:  # only rounding is left
             w.store(before.load(REAL, j), slots.load(INT, j))
         with c.when(there | (~better & small.get().equals(1)), leaves=True):
@@ -70,7 +72,7 @@ def root_function(
             d, slot = c.absolute(change.load(REAL, j)), slots.load(INT, j)
             # What stands on the diagonal are the inverses of the pivots.
             singular = c.absolute(matrix.load(REAL, j * m + j)) * _REGULAR > 1.0
-            with c.when(~(d <= LONGEST) | singular, leaves=True):
+            with c.when(~(d < 1e300) | singular, leaves=True):
                 c.give(1)
             longest.set(c.largest(d, longest.get()))
             before.store(w.load(REAL, slot), j)

@@ -6,13 +6,15 @@
     pc_past                                                `planarc.runtime.history.History.value`
 
 Newton's method (`newton`) and its elimination (`gauss`), looks at the choice of states (`look`),
-what the start needs (`differences`, `root`, `motions`), CVODE's steps (`march`). The model's own
+the start (`begin`, `differences`, `root`, `motions`), CVODE's steps (`march`). The model's own
 functions are `printer`'s.
 """
 
 from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from planarc.codegen.native.begin import begin_functions
+from planarc.codegen.native.choice import choice_functions
 from planarc.codegen.native.differences import difference_functions
 from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.look import look_functions
@@ -50,6 +52,8 @@ def runtime_text(solver: str | None = None) -> str:
         *difference_functions(),
         root_function(),
         motions_function(),
+        *begin_functions(),
+        *choice_functions(),
         _states(),
         _rhs(),
         _outputs(),

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
+from planarc.ir.begin import ROUNDING
 from planarc.ir.newton import SMALL
 from planarc.solve.start import newton
 from planarc.solve.start.branch import nearest_root
@@ -28,10 +29,6 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-
-
-#: Of a start value, what Newton's method may leave as rounding.
-ROUNDING = 1e-14
 
 
 def assemble(system: System, u0: Vector, choice: Choice) -> Vector | None:

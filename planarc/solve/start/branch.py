@@ -28,12 +28,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.data import Data
-from planarc.ir.flat import StateSelect
+from planarc.ir.begin import JOINT, NEAR, OTHER, WRITTEN
 from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.solve.start import newton
 from planarc.solve.start.stage import Part, solve_stage
-from planarc.solve.start.system import System, declared
+from planarc.solve.start.system import System, declared, weight_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
     Flags: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
-#: Distance (radians, metres) up to which an assembly is the one that was meant.
-NEAR = 0.5
 #: Newton's iterations from written values that agree: there is no way to go for them.
 AGREEING = 12
 #: Other guesses for loops of at most so many coordinates, and for larger ones.
@@ -51,8 +49,6 @@ SMALL_LOOP, MANY, FEW = 12, 16, 4
 #: Tries after which the search ends where all miss by as much, and their relative difference: parts
 #: that do not reach each other miss so from everywhere.
 ENOUGH, SAME = 5, 1e-3
-#: Weights of start values: written, of a joint, of others.
-WRITTEN, JOINT, OTHER = 1.0, 1e-3, 1e-6
 #: The pull of a guess, against the conditions.
 PULL = 0.1
 TURN = 6.283185307179586
@@ -296,8 +292,7 @@ def _plan(system: System, free: Sequence[int]) -> _Plan:
     items += ((f, -1) for f in others)
     found = []
     for item, column in items:
-        weight = JOINT if item.select >= StateSelect.PREFER else OTHER
-        weight = WRITTEN if system.written(item) else weight
+        weight = weight_of(item, system.written(item))
         place = places.get(item.display, last)
         found.append((item.slot, item.start, weight, column, place, item.slot in angles))
     return tuple(sorted(found, key=lambda guide: guide[4]))

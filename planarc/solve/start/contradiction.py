@@ -23,6 +23,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.prose import listed
 from planarc.core.source import NOWHERE, Span
+from planarc.ir.begin import CLOSED, INDEPENDENT
 from planarc.ir.dae import MISFIT
 from planarc.ir.places import declaration, is_own, own_names, own_part, owner
 from planarc.ir.program import CandidateSlot, EquationInfo, FixedSlot, Program
@@ -32,7 +33,7 @@ from planarc.solve.messages.loops import is_closed, loop_names
 from planarc.solve.messages.sides import other_side
 from planarc.solve.messages.slides import one_way
 from planarc.solve.start import newton
-from planarc.solve.start.held import CLOSED, INDEPENDENT, Directions, free_motions
+from planarc.solve.start.held import Directions, free_motions
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import System, are_velocities, declared
 

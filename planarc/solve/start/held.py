@@ -19,6 +19,7 @@ from operator import mul
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
+from planarc.ir.begin import CLOSED, INDEPENDENT
 from planarc.ir.once import once
 from planarc.ir.program import FixedSlot, Program
 from planarc.solve.start import newton
@@ -29,10 +30,6 @@ from planarc.solve.start.system import System, gradients
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
-#: A candidate that moves less than this part of a free motion is not held against it.
-INDEPENDENT = 1e-3
-#: Singular values below this part of the largest leave a motion free.
-CLOSED = 1e-5
 #: Free motions up to which Python is faster than NumPy.
 FEW = 6
 

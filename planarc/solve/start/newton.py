@@ -22,7 +22,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.data import Data
-from planarc.ir.newton import DIFFERENCE, ENOUGH, LESS, LONGEST, SMALL, SMALLEST_ROW
+from planarc.ir.newton import (
+    DIFFERENCE,
+    ENOUGH,
+    LESS,
+    LONGEST,
+    SMALL,
+    SMALLEST_ROW,
+    STRAIGHT,
+)
 from planarc.runtime.differences import one_sided
 
 if TYPE_CHECKING:
@@ -34,8 +42,6 @@ if TYPE_CHECKING:
     Slopes: TypeAlias = Callable[[Vector], Vector | None]
     Straight: TypeAlias = Callable[[Vector], "Root | None"]
 
-#: A step that leaves less of the residuals was along a straight line.
-STRAIGHT = 1e-3
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-9
 #: Parts of a step that are tried, each half the one before; of residuals that are zero but

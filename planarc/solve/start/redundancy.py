@@ -30,6 +30,7 @@ from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.mend import Accept
 from planarc.core.options import ACCEPTING
 from planarc.core.prose import both
+from planarc.ir.begin import SUSPECT
 from planarc.ir.mechanism import Joint
 from planarc.ir.places import own_names, owner, point_home
 from planarc.ir.program import BlockCode, Program
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-8
-#: Those below this part are looked at more closely.
-SUSPECT = 1e-5
 #: A start is flat where the least singular value is below this part of that beside. Rounding,
 #: 1e-16 of a bar's length, is an angle of 1e-11 where bars are 1e-5 rad off their line: there
 #: the directions of motion are known to six digits, and to none at 1e-8 rad.

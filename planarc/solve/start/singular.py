@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
+from planarc.ir.begin import INDEPENDENT, OPEN
 from planarc.ir.places import declaration, owner
 from planarc.ir.program import CandidateSlot, FixedSlot
 from planarc.solve.start.contradiction import Contradiction, Level
-from planarc.solve.start.held import INDEPENDENT, Choice, Weakness, weakness
+from planarc.solve.start.held import Choice, Weakness, weakness
 from planarc.solve.start.refused import NotAssembled
 from planarc.solve.start.stage import solve_stage
 from planarc.solve.start.system import Stage, System, are_velocities
@@ -28,8 +29,6 @@ from planarc.solve.start.system import Stage, System, are_velocities
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
-#: Length (m) or angle (rad) by which a loop may be open.
-_OPEN = 1e-6
 #: A share that is nothing but rounding: positions exact to 1e-12 lie as near as its root.
 _NOTHING = 1e-6
 #: Part of the largest speed from which the first one declared is named.
@@ -63,7 +62,7 @@ def refuse_singular(system: System, guess: Vector, values: Vector, choice: Choic
 
 def _closed(system: System, u: Vector, level: tuple[Sequence[int], Sequence[int]]) -> bool:
     residuals = system(u)
-    return residuals is not None and bool((abs(residuals[level[0]]) < _OPEN).all())
+    return residuals is not None and bool((abs(residuals[level[0]]) < OPEN).all())
 
 
 def dead_centre(system: System, u: Vector, found: Contradiction, level: Stage) -> Diagnostic | None:

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, TypeAlias
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.ir.begin import JOINT, OTHER, WRITTEN
+from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import BlockCode, CandidateSlot, FixedSlot, Program
 from planarc.solve.rescue.rescue import Rescue
-from planarc.solve.start import newton
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -63,7 +64,7 @@ class System:
         self.stages = _stages(program, form, self.conditions) if self.conditions else form.stages
         #: All that asks to be held: fixed candidates (by number), then all that was written, by
         #: StateSelect and declaration; and the variables among these that are no candidates.
-        self.asking, self.asking_besides = _asking(program, given)
+        self.asking, self.asking_besides = asking_of(program, given)
         self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
@@ -92,7 +93,7 @@ class System:
 
     def written(self, start: CandidateSlot | FixedSlot) -> bool:
         """Whether the user has said where it starts, in the model or for this run."""
-        return start.start in self.given or _says(start)
+        return is_written(start, self.given)
 
     # Values
 
@@ -198,6 +199,8 @@ class System:
             full[chosen] = z
             return self.values(full, slots)
 
+        from planarc.solve.start import newton
+
         here = self.values(u, slots)
         return None if here is None else newton.differences(moved, u[chosen], here)
 
@@ -254,7 +257,7 @@ def _stages(program: Program, form: Form, conditions: Sequence[FixedSlot]) -> li
     return found
 
 
-def _asking(
+def asking_of(
     program: Program, given: frozenset[int]
 ) -> tuple[list[int | FixedSlot], list[FixedSlot]]:
     known = _asked(program)
@@ -287,6 +290,16 @@ def _ranked(program: Program) -> list[tuple[int | FixedSlot, CandidateSlot | Fix
     found += [(rank(f, False), f, f) for f in program.fixed if not f.fixed]
     order = sorted(found, key=lambda entry: entry[0])
     return [(item, start, _says(start)) for _, item, start in order]
+
+
+def is_written(start: CandidateSlot | FixedSlot, given: frozenset[int]) -> bool:
+    """Whether the user has said where it starts, in the model or for this run."""
+    return start.start in given or _says(start)
+
+
+def weight_of(start: CandidateSlot | FixedSlot, written: bool) -> float:
+    """The weight of a start value as a guide (`branch`)."""
+    return WRITTEN if written else JOINT if start.select >= StateSelect.PREFER else OTHER
 
 
 def _says(start: CandidateSlot | FixedSlot) -> bool:

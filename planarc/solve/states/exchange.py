@@ -21,7 +21,7 @@ from planarc.ir.program import Program
 from planarc.ir.result import Held, StateChoice
 from planarc.solve.recorder import Recorder
 from planarc.solve.refuge import Refuge
-from planarc.solve.states.selector import Selector, lost_diagnostic
+from planarc.solve.states.selector import Determined, Selector, lost_diagnostic
 
 
 class GoOn(Data):
@@ -51,10 +51,10 @@ class States:
         self.selection: list[int] = []
         self.choices: list[StateChoice] = []
 
-    def choose(self, t: float, held: Sequence[Held]) -> None:
+    def choose(self, t: float, held: Sequence[Held], known: Determined | None = None) -> None:
         """Choose by the workspace's values, whatever was chosen before; `held` tells of each
         candidate whether its start value was. Raises R423."""
-        self.take(self.selector.choose([i for i, h in enumerate(held) if h.held]))
+        self.take(self.selector.choose([i for i, h in enumerate(held) if h.held], known))
         self.choices[:] = [self._choice(t)]
 
     def take(self, selection: Sequence[int]) -> None:

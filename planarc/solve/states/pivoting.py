@@ -15,12 +15,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from planarc.ir.begin import EQUAL, GIVE_WAY
 from planarc.runtime.elimination import clear
 
 Rows: TypeAlias = Sequence[Sequence[float]]
 
-#: A pivot of a better class may be smaller than the largest by this factor.
-GIVE_WAY = 0.2
 #: Rows up to which Python is faster than NumPy.
 SMALL = 6
 #: Rows from which a step of an elimination is faster in NumPy.
@@ -42,8 +41,7 @@ def choose_columns(g: Rows, classes: Sequence[int], never: int) -> list[int] | N
             return None
         enough = GIVE_WAY * max(best)[0]
         lowest = min([kind for size, kind, _ in best if size >= enough])
-        # Equal but for rounding counts as equal: the order decides, not the machine.
-        most = max([size for size, kind, _ in best if kind == lowest]) * (1 - 1e-9)
+        most = max([size for size, kind, _ in best if kind == lowest]) * (1 - EQUAL)
         column = next(j for size, kind, j in best if kind == lowest and size >= most)
         left.remove(column)
         chosen.append(column)

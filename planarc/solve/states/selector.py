@@ -42,6 +42,7 @@ from typing import TYPE_CHECKING
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.prose import both
+from planarc.ir.begin import MUST_STAY
 from planarc.ir.dae import Reinit
 from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel
@@ -68,8 +69,6 @@ PREFERENCE = 1.45
 #: of a run alone, as for a component of a quaternion that a plane motion leaves at zero; and the
 #: factor that is accepted before a state with such a column gives way.
 FAINT, FAINTER = 1e-4, 4.0
-#: The class of candidates that must be states.
-MUST_STAY = 4 * StateSelect.ALWAYS
 
 
 class Lost(Data):
@@ -77,6 +76,14 @@ class Lost(Data):
 
     candidate: int
     determines: int
+
+
+class Determined(Data):
+    """A choice made in machine code: of each candidate whether the states determine it (1), and the
+    size of its column."""
+
+    solved: Sequence[int]
+    scales: Sequence[float]
 
 
 class Selector:
@@ -108,18 +115,27 @@ class Selector:
 
         return Outlook(self._program, self._kernel, self.watch, self._sensitivities)
 
-    def choose(self, held: Collection[int]) -> list[int]:
-        """Choose by the workspace's values, whatever was chosen before. Raises R423.
+    def choose(self, held: Collection[int], known: Determined | None = None) -> list[int]:
+        """Choose by the workspace's values, whatever was chosen before; or take the choice of a
+        start in machine code. Raises R423.
 
         Of equal candidates those become states that are held at the start.
         """
-        known, key = _classes(self._program), tuple(held)
-        if key not in known:
-            known[key] = classes_of(self._program, held)
-        self._class = known[key]
+        classes, key = _classes(self._program), tuple(held)
+        if key not in classes:
+            classes[key] = classes_of(self._program, held)
+        self._class = classes[key]
         for i, block in enumerate(self._program.blocks):
             if block.height > 0 and i not in self._leader:
-                self._determined[i] = self._pivot(i, block) if block.residuals else []
+                self._determined[i] = []
+        for i in choosing(self._program):
+            block = self._program.blocks[i]
+            if known is None:
+                self._determined[i] = self._pivot(i, block)
+                continue
+            own = slice(block.first, block.first + len(block.tears))
+            self._determined[i] = [j for j, out in enumerate(known.solved[own]) if out]
+            self._scale[i][:] = known.scales[own]
         return self.selection()
 
     def restore(self, selection: Collection[int]) -> None:
@@ -359,14 +375,22 @@ def classes_of(program: Program, held: Collection[int]) -> list[int]:
     A coordinate and its derivatives are states together, so the highest of them counts.
     """
     slots = {c.slot: i for i, c in enumerate(program.candidates)}
-    forced = _forced(program)
-    classes = [0] * len(program.candidates)
+    classes, kinds = [0] * len(program.candidates), kinds_of(program)
     for i, c in reversed(list(enumerate(program.candidates))):
-        classes[i] = MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed + (i in held)
+        classes[i] = kinds[i] + (i in held and kinds[i] < MUST_STAY)
         derivative = slots.get(c.derivative)
         if derivative is not None:
             classes[i] = max(classes[i], classes[derivative])
     return classes
+
+
+def kinds_of(program: Program) -> list[int]:
+    """The class of each candidate by itself, of a start value that is not held."""
+    forced = _forced(program)
+    return [
+        MUST_STAY if i in forced else 4 * c.select + 2 * c.fixed
+        for i, c in enumerate(program.candidates)
+    ]
 
 
 class _Form(Data):
@@ -425,14 +449,17 @@ def leaders_of(program: Program) -> dict[int, tuple[int, dict[int, int]]]:
 
 
 @once
+def choosing(program: Program) -> tuple[int, ...]:
+    """Blocks with anything to choose that follow no other one."""
+    leaders = leaders_of(program)
+    blocks = enumerate(program.blocks)
+    return tuple(i for i, b in blocks if b.height > 0 and b.residuals and i not in leaders)
+
+
+@once
 def open_blocks(program: Program) -> tuple[int, ...]:
     """Blocks that have a choice of states to make of their own."""
-    leaders = leaders_of(program)
-    return tuple(
-        i
-        for i, b in enumerate(program.blocks)
-        if b.height > 0 and b.residuals and b.free > 0 and i not in leaders
-    )
+    return tuple(i for i in choosing(program) if program.blocks[i].free > 0)
 
 
 @once

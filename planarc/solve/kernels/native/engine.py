@@ -29,6 +29,7 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
         "pc_differences": (_POINTER, _POINTER, _POINTER),
         "pc_root": (*[_POINTER] * 5, ctypes.c_int64),
         "pc_motions": (*[_POINTER] * 4, _REAL),
+        "pc_begin": (_POINTER,) * 5,
     }
 )
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, MutableSequence, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planarc.ir.begin import LARGEST, TOLD, room
 from planarc.ir.frame import Frame, Mode, Number, Record, address
 from planarc.ir.kernel import Addresses, Capabilities, Lead
 from planarc.ir.program import Program
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
     from planarc.solve.kernels.native.derivatives import NativeDerivatives
 
     Indices = NDArray[np.intp]
-
-
-#: Candidates up to which motions are found sooner by machine code than by LAPACK.
-_LARGEST = 32
 
 
 @lru_cache(maxsize=8)
@@ -134,13 +131,10 @@ class NativeKernel(Derived):
         self._call_discrete = bound("pc_discrete")
         evaluate = f["pc_evaluate"]
         self._call_evaluate: Callable[[int], int] = lambda mode: evaluate(frame, mode, initial)
-        differences = f["pc_differences"]
-        self._call_differences: Callable[[int, int], int] = lambda table, out: differences(
-            frame, table, out
+        self._call_differences, self._call_root, self._call_motions, self._call_begin = (
+            partial(f[name], frame)
+            for name in ("pc_differences", "pc_root", "pc_motions", "pc_begin")
         )
-        root, motions = f["pc_root"], f["pc_motions"]
-        self._call_root: Callable[..., int] = lambda *given: root(frame, *given)
-        self._call_motions: Callable[..., int] = lambda *given: motions(frame, *given)
 
     @property
     def failed_block(self) -> int:
@@ -285,13 +279,26 @@ class NativeKernel(Derived):
 
     def motions(self, t: float, u: Vector, slots: tuple[int, ...], part: float) -> Vector | None:
         n = len(u)
-        if n > _LARGEST:
+        if n > LARGEST:
             return None
         table = self._conditions(t, u, tuple(range(n)), slots)
         q = np.empty((n, n))
         out = self._room((1 + n) * table.width)
         rank = self._call_motions(table.address, out, address(q), part)
         return q[rank:n].T if rank >= 0 else None
+
+    def begin(
+        self, t: float, plan: NDArray[np.int64], slots: tuple[int, ...]
+    ) -> Sequence[list[Any]] | None:
+        self._begin()
+        self.w[0] = t
+        n = len(self._candidate_slots)
+        table, given = self._read(tuple(range(n)), slots, not slots), self._read((), slots, False)
+        out = self._room(room(n, table.width))
+        if self._call_begin(table.address, given.address, address(plan), out):
+            return None
+        told = self._scratch[: TOLD * n].reshape(TOLD, n)
+        return [*told[:2].view(np.int64).tolist(), *told[2:].tolist()]
 
     def _room(self, numbers: int) -> int:
         """The address of room for what a call writes, and nobody reads behind it."""
@@ -313,6 +320,9 @@ class NativeKernel(Derived):
         self._begin()
         self.w[0] = t
         self.w[self._candidate_slots] = u
+        return self._read(columns, slots, below)
+
+    def _read(self, columns: tuple[int, ...], slots: tuple[int, ...], below: bool) -> Table:
         key = columns, slots, below
         found = self._asked.get(key)
         if found is None:
