@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from planarc.core.data import Data
 from planarc.solve.stepping.angles import sine_and_cosine
@@ -131,6 +130,8 @@ class Near:
 
     def pairs(self, middles: Vector, reach: float) -> Array:
         """Pairs (i, j) of circles about `middles` that are less than `reach` apart."""
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(middles[self._small])
         found = tree.query_pairs(self._most + reach, output_type="ndarray")
         found = np.concatenate([self._small[found], self._large])

@@ -27,7 +27,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
@@ -45,6 +44,8 @@ from planarc.solve.stepping.ports import Ports, taken
 from planarc.solve.stepping.refusal import body, overlap, refuse_what_events_need
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
     from planarc.core.arrays import Array, Vector
 
 #: Errors of velocities that the impulses may leave, as parts of what free motion adds in a step.
@@ -210,6 +211,8 @@ class Moreau(FixedStep):
 
     def _find(self, h: float, before: Vector, after: Vector) -> Contacts:
         """All contacts that are closed, or may close within the step, at the place evaluated."""
+        from scipy.sparse import csr_array
+
         found = [self._touching(h, before, after)]
         for number, crowd in enumerate(self._crowds):
             found.append(self._meeting(h, before, after, self._first_keys[number], crowd))

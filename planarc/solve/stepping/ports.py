@@ -23,7 +23,6 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from planarc.core.data import Data
 from planarc.core.source import Span
@@ -36,6 +35,8 @@ from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages.text import Reader
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
     from planarc.core.arrays import Array, Vector
 
 
@@ -258,6 +259,8 @@ class _Pattern:
         self.by_colour = [np.flatnonzero(own == c) for c in range(int(colours.max(initial=-1)) + 1)]
 
     def matrix(self, entries: Vector, columns: int) -> csr_array:
+        from scipy.sparse import csr_array
+
         shape = len(self._starts) - 1, columns
         return csr_array((entries, self._columns, self._starts), shape=shape)
 
