@@ -213,6 +213,9 @@ class Model(Loaded):
 
         model, options = self.asked(parameters, start, start_time, stop_time, tolerance, None)
         options = integrated(replace(options, intervals=1), solver, fixed_step, contact, backend)
+        if not options.solver.home:
+            raise usage_error("R407", f"the solver `{options.solver}` takes no single steps",
+                              hint="leave the solver out")  # fmt: skip
         return open_stepper(model, _placed(model, options, start_from, None), step)
 
     def asked(

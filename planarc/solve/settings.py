@@ -141,6 +141,12 @@ def _solver(options: RunOptions, stepping: bool) -> Solver:
     length, solver = options.fixed_step, options.solver
     if stepping and not solver.home and options.contact is None and length is None:
         return solver  # an exported model has the length of its steps
+    if stepping and not solver.home:
+        raise _usage(
+            "R407",
+            f"the solver `{solver}` takes contacts as exported models do",
+            "leave the fixed step and the treatment of contacts out",
+        )
     if stepping and solver is not Solver.AUTO:
         raise _usage(
             "R407",

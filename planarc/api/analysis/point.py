@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from planarc.api.signals import ForcedKernel, Signal
 from planarc.core.arrays import Vector
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.core.options import RunOptions
+from planarc.core.options import RunOptions, Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.runtime.differences import central
@@ -157,6 +157,8 @@ def open_point(
         )
     begin = program.experiment.start if options.start is None else options.start
     options = replace(options, stop=max(begin, program.experiment.stop) if at is None else at)
+    if not options.solver.home:  # a whole run is no way to a point
+        options = replace(options, solver=Solver.AUTO)
     kernel = model.forced(compiled.load(), options, inputs)
     request = resolve(program, options)
     run = Run(program, kernel, request, str(options.backend))

@@ -100,7 +100,7 @@ class Library:
         from planarc.codegen.slopes import derive_slopes
 
         program = compiled.program
-        refuse(program)
+        refuse(program, stiff)
         image = replace(take_image(compiled), stiff=stiff)
         slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
         texts = write_texts(

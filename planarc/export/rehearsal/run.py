@@ -65,7 +65,10 @@ def rehearse(
     with clock.phase("simulate"), library.instance() as instance:
         run = _Run(library, instance, request)
         if not run.begin():
-            _simulated(compiled, replace(options, stop=request.start, interval=None, intervals=1))
+            brief = replace(options, stop=request.start, interval=None, intervals=1)
+            told = _simulated(compiled, brief)
+            if told.ended is not None:
+                return told
             raise PlanarcError(run.without_start())
         result = run.go(progress)
     if result.ended is not None and result.ended.code == _STUCK:
@@ -113,11 +116,14 @@ class _Run:
         try:
             while ended is None and recorder.next < len(grid):
                 t = float(grid[recorder.next])
-                ended = self._end(self._instance.go(t))
-                if recorder.due(t) is not None:  # no event has taken its place
+                flag = self._instance.go(t)
+                ended = self._end(flag)
+                arrived = flag >= 0 and t - self._instance.w[0] <= recorder.near
+                if arrived and recorder.due(t) is not None:  # no event has taken its place
                     recorder.take(t)
                     recorder.pass_by(t)
-                self._note_states(t)
+                self._asserts.check(recorder, flag >= 0 and recorder.next <= 1)
+                self._note_states(t if ended is None else min(t, float(self._instance.w[0])))
                 if progress is not None:
                     progress(t)
         except KeyboardInterrupt:
@@ -130,6 +136,8 @@ class _Run:
         program, request, instance = self.program, self._request, self._instance
         candidates = {c.start: c.slot for c in program.candidates}
         names = {p.slot: p.name for p in program.parameter_slots} | self._names
+        names |= {d.start: d.name for d in program.discretes}
+        names |= {f.start: f.display for f in program.fixed}
         given = {**request.values} | {candidates.get(k, k): v for k, v in request.starts.items()}
         for slot, value in given.items():
             if value != instance.w[slot] and not instance.set(slot, value):

@@ -67,6 +67,46 @@ equation
   annotation(experiment(StopTime = 2));
 end Sampled;
 """
+OVER = """
+model Over
+  Real x(start = 0, fixed = true);
+equation
+  der(x) = 1;
+  when x > 0.7 then
+    terminate("over");
+  end when;
+end Over;
+"""
+ROOT = """
+model Root
+  Real x(start = 1, fixed = true);
+equation
+  der(x) = -2*sqrt(x);
+  annotation(experiment(StopTime = 2));
+end Root;
+"""
+BROKEN = """
+model Broken
+  parameter Real p = 4;
+  Real x(start = 1, fixed = true);
+equation
+  der(x) = -p*x;
+  assert(p < 3, "p should be below 3", AssertionLevel.warning);
+end Broken;
+"""
+STOPPED = """
+model Stopped
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute rev(phi(start = 0.5, fixed = true), w(fixed = true));
+  PlanarMultiBody.Parts.BodyShape rod(r = {0.4, 0}, m = 1, I = 0.02, r_CM = {0.2, 0});
+  PlanarMultiBody.Contacts.RevoluteStops stops(phi_min = -3, phi_max = 1);
+equation
+  connect(world.frame_b, rev.frame_a);
+  connect(rev.frame_b, rod.frame_a);
+  connect(world.frame_b, stops.frame_a);
+  connect(stops.frame_b, rev.frame_b);
+end Stopped;
+"""
 
 
 @cache
@@ -81,6 +121,11 @@ def both(source: str, **options: Any) -> tuple[planarc.Result, planarc.Result]:
     given = {"tolerance": 1e-11, **options}
     usual = model(source).simulate(**given)
     return usual, model(source).simulate(**{"solver": "exported", **given})
+
+
+def rows_of(source: str, solver: Solver, options: Any) -> Any:
+    """The rows of a run, however it ends."""
+    return run(compile_model(Request(text=source)), RunOptions(solver=solver, **options))
 
 
 def last_rows(result: planarc.Result, name: str, times: np.ndarray) -> np.ndarray:
@@ -208,3 +253,45 @@ def test_low_bounces_come_to_an_end() -> None:
         len(simulated(body, 2, "native", FREE, solver=s).events) for s in ("auto", "exported")
     ]
     assert counts[0] <= counts[1] < counts[0] + 20
+
+
+def test_no_row_stands_behind_the_end() -> None:
+    for source, options in ((OVER, {"interval": 0.17}), (ROOT, {"interval": 0.07})):
+        usual, here = (rows_of(source, s, options) for s in (Solver.AUTO, Solver.EXPORTED))
+        assert len(here.time) == len(usual.time)
+        np.testing.assert_allclose(here.time, usual.time, atol=1e-6)
+
+
+def test_what_parameters_break_is_told_once() -> None:
+    usual, here = both(BROKEN)
+    assert [str(w) for w in here.warnings] == [str(w) for w in usual.warnings] != []
+
+
+def test_a_start_behind_a_stop_is_told_as_ever() -> None:
+    told = []
+    for solver in ("auto", "exported"):
+        with pytest.raises(planarc.RunStopped) as raised:
+            model(STOPPED).simulate(solver=solver, start={"rev.phi": 1.2})
+        told.append(str(raised.value))
+    assert told[0] == told[1] and "R480" in told[0]
+
+
+def test_a_start_value_that_it_does_not_take_is_named() -> None:
+    counted = SAMPLED.replace("discrete Real u", "Integer u").replace("0.5 - x", "1")
+    with pytest.raises(UsageError, match="`u` cannot be set"):
+        model(counted).simulate(solver="exported", start={"u": 4})
+
+
+def test_a_point_and_single_steps_are_no_runs_of_it() -> None:
+    usual, here = both(STOPPED, start_from="equilibrium", stop_time=0.1)
+    np.testing.assert_allclose(here["rev.phi"], usual["rev.phi"], atol=1e-9)
+    with pytest.raises(UsageError, match="takes no single steps"):
+        model("pendulum").stepper(0.1, solver="exported")
+
+
+def test_crowds_have_no_implicit_steps_nor_others() -> None:
+    full = model(LIBRARY + "Contacts.FullBox")
+    with pytest.raises(UsageError, match="none is implicit"):
+        full.simulate(solver="exported-stiff", stop_time=0.01)
+    with pytest.raises(UsageError, match="as exported models do"):
+        full.simulate(solver="exported", fixed_step=1e-3, stop_time=0.01)
