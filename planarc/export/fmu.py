@@ -74,6 +74,7 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.documentation import documents
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
+    from planarc.export.fmi.entries import INTEGER
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.idle import without_idle
@@ -96,7 +97,8 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     slopes = None if crowded else derivatives(program, shown)
     version = three if wishes.version == 3 else two
     enumerations = any(v.type for v in shown.variables)
-    entries = version.functions(bool(program.delays), crowded, enumerations)
+    integers = any(v.kind == INTEGER for v in shown.variables)
+    entries = version.functions(bool(program.delays), crowded, enumerations, integers)
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
     told = Told(wishes.version, identifier, "", _tool(), slopes is not None,

@@ -41,6 +41,8 @@ OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 DENSELY = "a `sample` becomes true at more instants than a run can tell apart"
 _NOW, _SUBJECT = f"at t = {MARK}t6 s", f"{MARK}w0"
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
+#: The largest integer of 32 bits. Of planarc's own the largest one has 53.
+_MOST = 2.0**31 - 1
 ALWAYS = tuple(p for p in Phase if p is not Phase.MEANWHILE)
 ANYWHERE = tuple(p for p in ALWAYS if p is not Phase.FAILED)
 RUNNING = (Phase.EVENT, Phase.CONTINUOUS, Phase.STEP, Phase.PAUSE)
@@ -175,8 +177,11 @@ class Entries:
             c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", m, found))
             c.give(ERROR)
 
-    def getter(self, name: str, kind: int, type: str, counted: bool) -> None:
-        """`counted`: the number of values stands behind them, too."""
+    def getter(
+        self, name: str, kind: int, type: str, counted: bool, large: bool = False
+    ) -> None:  # fmt: skip
+        """`counted`: the number of values stands behind them, too; `large`: one may need more than
+        32 bits."""
         arguments = "ptr references, i64 count, ptr values" + ", i64 length" * counted
         phases = (*EVALUABLE, Phase.MEANWHILE)
         with self.entry(name, arguments, phases) as (c, (m, references, count, values, *_)):
@@ -190,6 +195,9 @@ class Entries:
                 value = place.load(REAL)
                 odd = (reference - reference / 2 * 2).equals(1)
                 value = c.select(odd, c.constant(0.0, REAL) - value, value)
+                if large and kind == INTEGER and type != INT:
+                    with c.when(c.absolute(value) > _MOST, leaves=True):
+                        self.fail(c, m, f"{name}: the value needs more than 32 bits", DISCARD)
                 if kind == NUMBER:
                     values.store(value, i)
                 elif type == INT:

@@ -52,9 +52,11 @@ _EXCHANGED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False, crowded: bool = False, enumerations: bool = False) -> Entries:
-    """All of them, for models with delays and variables of enumerations or without; those of model
-    exchange refuse what a `crowded` model has none of."""
+def functions(
+    delayed: bool = False, crowded: bool = False, enumerations: bool = False, integers: bool = False
+) -> Entries:
+    """All of them, for models with delays, variables of enumerations and `integers`, which may be
+    large, or without; those of model exchange refuse what a `crowded` model has none of."""
     e = Entries(_log, delayed=delayed, crowded=crowded)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
         c.give(constant(c, e.string("3.0")))
@@ -63,7 +65,7 @@ def functions(delayed: bool = False, crowded: bool = False, enumerations: bool =
     if enumerations:
         kinds.append(("Int64", INTEGER, INT))
     for name, kind, type in kinds:
-        e.getter(f"fmi3Get{name}", kind, type, True)
+        e.getter(f"fmi3Get{name}", kind, type, True, integers)
         e.setter(f"fmi3Set{name}", kind, type, True)
     _events(e)
     _steps(e)

@@ -45,9 +45,11 @@ _EXCHANGED = (
 )  # fmt: skip
 
 
-def functions(delayed: bool = False, crowded: bool = False, enumerations: bool = False) -> Entries:
+def functions(
+    delayed: bool = False, crowded: bool = False, enumerations: bool = False, integers: bool = False
+) -> Entries:
     """All of them; those of model exchange refuse what a `crowded` model has none of. Variables of
-    enumerations are told as integers are."""
+    enumerations are told as integers are; other `integers` may be large."""
     e = Entries(_log, _plain, delayed, by_uri=True, crowded=crowded)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
@@ -55,7 +57,7 @@ def functions(delayed: bool = False, crowded: bool = False, enumerations: bool =
     _life(e)
     for name, kind, type in (("Real", NUMBER, "double"), ("Integer", INTEGER, WORD),
                              ("Boolean", TRUTH, WORD)):  # fmt: skip
-        e.getter(f"fmi2Get{name}", kind, type, False)
+        e.getter(f"fmi2Get{name}", kind, type, False, integers)
         e.setter(f"fmi2Set{name}", kind, type, False)
     if crowded:
         e.refused(_EXCHANGED)
