@@ -136,6 +136,7 @@ class Instance:
     def __init__(self, library: Library, block: int) -> None:
         self._library, self._block = library, block
         self._f = library.functions
+        self._raised: BaseException | None = None
         self.place = self._f["model_place"](block)
         self.w = _numbers(self.place, library.program.size)
         words = _numbers(block, len(Frame)).view(np.int64)
@@ -159,9 +160,19 @@ class Instance:
                 np.flatnonzero(_numbers(at, n).view(np.int64)).tolist()
                 for at, n in zip(flags, counts, strict=True)
             )
-            listener(time, behind, crossing, fired)
+            try:
+                listener(time, behind, crossing, fired)
+            except BaseException as problem:  # Ctrl-C, too: nothing goes up through machine code
+                self._raised = problem
 
         _LISTENERS[self.place] = heard
+
+    def step_by(self, length: float) -> None:
+        """The steps of a crowd."""
+        program = self._library.program
+        behind = program.size + 2 * program.state_count + len(program.relations)
+        done = self.set(behind + 1, length)
+        assert done, "the length of steps stands behind what is seen of relations"
 
     def set(self, slot: int, value: float) -> bool:
         """Whether such a value can be set."""
@@ -175,8 +186,12 @@ class Instance:
         return flag
 
     def go(self, t: float) -> int:
-        """0 at the time `t`; else what ended the run: see `export.c.entries`."""
+        """0 at the time `t`; else what ended the run: see `export.c.entries`. What a listener
+        raised on the way is raised here."""
         flag: int = self._f["model_go"](self._block, t)
+        if (raised := self._raised) is not None:
+            self._raised = None
+            raise raised
         return flag
 
     def message(self, number: int) -> str:

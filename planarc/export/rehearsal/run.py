@@ -104,6 +104,7 @@ class _Run:
         self._recorder = Recorder(program, kernel, request.grid, self._asserts.slots)
         self._events: list[EventRecord] = []
         self._choices: list[StateChoice] = []
+        self._taken: tuple[int, ...] = ()  # the slots of the present states
         self._touches = Points(program)
         self._names = {c.slot: c.display for c in program.candidates}
         self._before: Mapping[str, Vector] = {}
@@ -147,6 +148,8 @@ class _Run:
                     f"`{name}` cannot be set in an exported model",
                     hint="the solver `auto` takes any value",
                 )
+        if request.stepping and request.fixed_step is not None:
+            instance.step_by(request.fixed_step)
         if program.relations or program.samplers:
             instance.listen(self._heard)
         if instance.begin(request.start, finer(request.tolerance)):
@@ -208,9 +211,10 @@ class _Run:
         return found | {"impulse": np.where(same, 0.0, found["impulse"])}
 
     def _note_states(self, t: float) -> None:
-        states = tuple(self._names[slot] for slot in self._instance.states)
-        if not self._choices or self._choices[-1].states != states:
-            self._choices.append(StateChoice(t, states))
+        slots = self._instance.states
+        if slots != self._taken or not self._choices:
+            self._taken = slots
+            self._choices.append(StateChoice(t, tuple(self._names[slot] for slot in slots)))
 
     def _end(self, flag: int) -> Diagnostic | None:
         """Why the run ends here, if it does."""
