@@ -28,6 +28,8 @@ from planarc.ir.result import EventRecord, Held, Interrupted, Result, StateChoic
 from planarc.solve.contact.messages import told
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.asserts import AssertWatch
+from planarc.solve.messages.event import ticked
+from planarc.solve.messages.text import Reader
 from planarc.solve.recorder import Recorder, constants
 from planarc.solve.settings import Request, doubts, resolve
 
@@ -181,7 +183,9 @@ class _Run:
         own, (crossing, fired) = self._touches.components, self._due
         switched = [self.program.relations[i] for i in crossing]
         others = [(r.text, r.component) for r in switched if r.component not in own]
-        texts = [text for text, _ in others] + [self._sample(i) for i in fired]
+        kernel: Any = self._instance
+        read = Reader(self.program, kernel, 0.0)
+        texts = [*(text for text, _ in others), *(ticked(self.program, read, i) for i in fired)]
         if meets or texts:
             owners = ("",) * len(meets) + tuple(owner for _, owner in others)
             self._events.append(EventRecord(time, (*meets, *texts), owners))
@@ -189,14 +193,6 @@ class _Run:
             recorder.pass_by(time)
         else:
             recorder.cut(count - 1)
-
-    def _sample(self, i: int) -> str:
-        from planarc.solve.messages.text import Reader
-
-        kernel: Any = self._instance
-        read = Reader(self.program, kernel, 0.0)
-        _, start, interval, *_ = self.program.samplers[i]
-        return f"sample({read(start):g}, {read(interval):g})"
 
     def _of_touches(self) -> dict[str, Vector]:
         w = self._instance.w

@@ -212,13 +212,11 @@ class Events:
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
         """The causes of an event, as texts."""
+        from planarc.solve.messages.event import ticked
+
         program, read = self.program, self._whens.reader(0.0)
         texts = [program.relations[i].text for i in crossing]
-        texts += [
-            f"sample({read(program.samplers[i][1]):g}, {read(program.samplers[i][2]):g})"
-            for i in samples
-        ]
-        return tuple(texts)
+        return (*texts, *(ticked(program, read, i) for i in samples))
 
     def owners(self, crossing: Iterable[int]) -> tuple[str, ...]:
         """The components of relations."""

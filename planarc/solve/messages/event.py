@@ -16,6 +16,7 @@ from planarc.ir.program import Let, Program, RelationSlot
 from planarc.solve.messages import trouble
 from planarc.solve.messages.failure import Place, not_finite
 from planarc.solve.messages.hollows import too_big
+from planarc.solve.messages.text import Reader
 
 
 def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -> Diagnostic:
@@ -203,6 +204,12 @@ def oscillating(relation: RelationSlot) -> Diagnostic:
 def _named(relation: RelationSlot) -> str:
     place = f" in `{relation.component}`" if relation.component else ""
     return f"`{relation.text}`{place}"
+
+
+def ticked(program: Program, read: Reader, i: int) -> str:
+    """A sampler that fires, as the cause of an event."""
+    _, start, interval, _ = program.samplers[i]
+    return f"sample({read(start):g}, {read(interval):g})"
 
 
 def terminated(t: float, action: Terminate, message: str) -> Diagnostic:
