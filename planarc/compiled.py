@@ -64,11 +64,12 @@ class Compiled(Data):
 
     def load(self) -> Kernel:
         """A kernel with a workspace of its own."""
+        from planarc.instance.reactor import Reactor
         from planarc.solve.kernels import load
 
         lead = self.lead
         way = None if lead is None else lambda: (lead.program, lead.load())
-        return load(self.program, self.code, self.slopes, way)
+        return load(self.program, self.code, self.slopes, way, Reactor)
 
     def parameters(self) -> MutableSequence[float]:
         """A workspace with the values of parameters."""

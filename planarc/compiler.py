@@ -8,7 +8,7 @@
     mechanism    Dae                 Mechanism           insight/topology.py
     structure    Dae                 SortedDae           structure/pipeline.py
     codegen      SortedDae           Program             codegen/pipeline.py
-    print        Program             code                codegen/{numpy,native}/   native
+    print        Program             code                codegen/, instance/       native
     load         Program, code       Kernel              solve/kernels/
     simulate     Kernel, options     Result              solve/simulate.py         driver
     explain      Result              Result              insight/happenings.py

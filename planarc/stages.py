@@ -309,8 +309,9 @@ def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> s
 
                 return kernel_source(program)
             from planarc.codegen.native.machine import compile_object
+            from planarc.instance.reaction import texts_of
 
-            return compile_object(program)
+            return compile_object(program, texts_of(program))
         except PlanarcError as problem:
             from planarc.codegen.refusal import located
 

@@ -3,16 +3,12 @@
 fmu         one call: a compiled model becomes an FMU
 idle        what nothing that it computes hangs on, which is left out
 refusal     what cannot be exported, told with its line
-plan        the memory of one instance, and what its code must know of the model
-actions     what the model does at events, as code
 fits        what was left out of redundant joints
-touches     what its rigid contacts read and set
-crowds      the same of crowds
+crowds      what its crowds read and set
 image       its first content: the assembly found here, at export
 module      the code as LLVM modules
 parted      what of it calls the host, or is called by it, and the rest
 objects     their machine code, for a kind of processor
-instance    functions that every exported model has: start, evaluation, steps
 fmi         the interface: model description and functions of the standard
 page        the model in a page: what the page calls, and how
 c           the model as C99 that people read

@@ -15,11 +15,11 @@ from planarc.codegen.native.assembly import INT, POINTER, REAL, SELDOM, Code, Va
 from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.actions import carry_values, endings, reader
-from planarc.export.instance.crowd.layout import Count, Of, Part
-from planarc.export.plan import crowd_names
 from planarc.export.tables import count_texts
-from planarc.export.text import text_constant
+from planarc.instance.actions import carry_values, endings, reader
+from planarc.instance.crowd.layout import Count, Of, Part
+from planarc.instance.plan import crowd_names
+from planarc.instance.text import text_constant
 from planarc.ir.expr import Expr
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.formulas import formula, real
-from planarc.export.actions import reader
-from planarc.export.instance.past.layout import sizes, work_size
-from planarc.export.plan import Lags
+from planarc.instance.actions import reader
+from planarc.instance.past.layout import sizes, work_size
+from planarc.instance.plan import Lags
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program
 

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.core.source import NOWHERE
-from planarc.export.instance.block import OTHER
-from planarc.export.plan import crowd_names
+from planarc.instance.block import OTHER
+from planarc.instance.plan import crowd_names
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled

@@ -21,13 +21,13 @@ from msgspec.structs import replace
 from planarc.codegen.native.assembly import INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.actions import endings, reader
 from planarc.export.crowds import overlaps
 from planarc.export.fits import misfits
-from planarc.export.instance.said import MARK
-from planarc.export.plan import LETTERS, Jam, Own, crowd_names
-from planarc.export.text import text_constant
-from planarc.export.touches import jams
+from planarc.instance.actions import endings, reader
+from planarc.instance.plan import LETTERS, Jam, Own, crowd_names
+from planarc.instance.said import MARK
+from planarc.instance.text import text_constant
+from planarc.instance.touches import jams
 from planarc.ir.dae import Assertion, Message, Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, postorder
 from planarc.ir.frame import Frame

@@ -79,9 +79,9 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.idle import without_idle
     from planarc.export.image import take_image
-    from planarc.export.instance.stored import FILE
     from planarc.export.module import write
     from planarc.export.objects import compile_all
+    from planarc.instance.stored import FILE
 
     folders = _folders(wishes)
     program = restricted(without_idle(compiled.program), wishes.parameters)

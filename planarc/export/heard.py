@@ -12,9 +12,9 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
-from planarc.export.instance.instants import samples
-from planarc.export.instance.relations import numbers_of
-from planarc.export.plan import Own, Relation, Sample
+from planarc.instance.instants import samples
+from planarc.instance.plan import Own, Relation, Sample
+from planarc.instance.relations import numbers_of
 
 
 def tell_events(e: Entries, name: str) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
-from planarc.export.plan import Lags
+from planarc.instance.plan import Lags
 from planarc.ir.frame import Mode, place
 
 if TYPE_CHECKING:

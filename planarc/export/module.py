@@ -1,7 +1,7 @@
 """The code of an exported model: modules of LLVM, of which `objects` makes machine code.
 
     shared    the kernel's functions     `codegen.native.runtime`
-              an instance's              `export.instance`
+              an instance's              `instance`
               the interface's            `export.fmi`
     own       the model's functions      `codegen.native.printer`
               its tables, its image      here
@@ -30,49 +30,12 @@ from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.rolling import operations
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core.data import Data
-from planarc.export.actions import (
-    action_functions,
-    carry_values,
-    endings,
-    errors,
-    ordered_discretes,
-    reader,
-)
 from planarc.export.crowds import crowd_functions as tell_crowds
 from planarc.export.crowds import member_names
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.instance.advance import advance_functions
-from planarc.export.instance.block import block_functions
-from planarc.export.instance.contact.area import kept_words, sizes
-from planarc.export.instance.contact.functions import contact_functions
-from planarc.export.instance.crowd import layout as crowd
-from planarc.export.instance.crowd.functions import crowd_functions
-from planarc.export.instance.ends import end_functions
-from planarc.export.instance.events import event_functions
-from planarc.export.instance.instants import instant_functions
-from planarc.export.instance.past.functions import past_functions
-from planarc.export.instance.relations import relation_functions
-from planarc.export.instance.said import MARK, said_functions
-from planarc.export.instance.settling import settling_functions
-from planarc.export.instance.slopes import nodes_of, slope_functions
-from planarc.export.instance.start import start_functions
-from planarc.export.instance.states import state_functions
-from planarc.export.instance.steps import step_functions
-from planarc.export.instance.stiff import stiff_functions
-from planarc.export.instance.stored import stored_bytes, stored_functions
-from planarc.export.instance.uneventful import uneventful_functions
-from planarc.export.plan import (
-    Jam,
-    Own,
-    crowd_names,
-    distances,
-    is_eventful,
-    make_plan,
-    rules,
-)
 from planarc.export.pruned import calls_in, prune
 from planarc.export.tables import (
     home_words,
@@ -85,9 +48,46 @@ from planarc.export.tables import (
     take_tables,
     text_words,
 )
-from planarc.export.text import text_constant
-from planarc.export.touches import touch_functions
 from planarc.export.tunable import tunable_parameters
+from planarc.instance.actions import (
+    action_functions,
+    carry_values,
+    endings,
+    errors,
+    ordered_discretes,
+    reader,
+)
+from planarc.instance.advance import advance_functions
+from planarc.instance.block import block_functions
+from planarc.instance.contact.area import kept_words, sizes
+from planarc.instance.contact.functions import contact_functions
+from planarc.instance.crowd import layout as crowd
+from planarc.instance.crowd.functions import crowd_functions
+from planarc.instance.ends import end_functions
+from planarc.instance.events import event_functions
+from planarc.instance.instants import instant_functions
+from planarc.instance.past.functions import past_functions
+from planarc.instance.plan import (
+    Jam,
+    Own,
+    crowd_names,
+    distances,
+    is_eventful,
+    make_plan,
+    rules,
+)
+from planarc.instance.relations import relation_functions
+from planarc.instance.said import MARK, said_functions
+from planarc.instance.settling import settling_functions
+from planarc.instance.slopes import nodes_of, slope_functions
+from planarc.instance.start import start_functions
+from planarc.instance.states import state_functions
+from planarc.instance.steps import step_functions
+from planarc.instance.stiff import stiff_functions
+from planarc.instance.stored import stored_bytes, stored_functions
+from planarc.instance.text import text_constant
+from planarc.instance.touches import touch_functions
+from planarc.instance.uneventful import uneventful_functions
 from planarc.ir.derivatives import Head, Scope
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program

@@ -27,12 +27,12 @@ from planarc.codegen.native.assembly import SELDOM
 from planarc.codegen.native.machine import emit_object
 from planarc.core import cache as store
 from planarc.core.data import Data
-from planarc.export.instance.block import LARGER
 from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import SHARED, write_texts
 from planarc.export.parted import names_in, part
-from planarc.export.plan import Table
 from planarc.export.pruned import calls_in, numbers_of, without
+from planarc.instance.block import LARGER
+from planarc.instance.plan import Table
 from planarc.runtime.link.objects import read_object
 
 if TYPE_CHECKING:

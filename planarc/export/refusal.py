@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.source import NOWHERE, Span
-from planarc.export.plan import crowd_names
+from planarc.instance.plan import crowd_names
 from planarc.ir.dae import Assertion, Impact, Kind, Reinit, SetDiscrete
 from planarc.ir.expr import Op, postorder
 from planarc.ir.program import Let, Program

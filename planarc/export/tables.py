@@ -15,12 +15,12 @@ from itertools import chain
 
 from planarc.codegen.certain import all_lets
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, SELDOM, Code, Value, table
-from planarc.export.actions import endings
 from planarc.export.image import Image
-from planarc.export.instance.block import BYTE, load_narrow
-from planarc.export.plan import Own, Phase, Plan, Stale, starts_anew
 from planarc.export.pruned import FUNCTION, numbers_of
-from planarc.export.text import text_constant
+from planarc.instance.actions import endings
+from planarc.instance.block import BYTE, load_narrow
+from planarc.instance.plan import Own, Phase, Plan, Stale, starts_anew
+from planarc.instance.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.expr import text
 from planarc.ir.flat import StateSelect

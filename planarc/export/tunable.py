@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from planarc.export.plan import is_settable
+from planarc.instance.plan import is_settable
 from planarc.ir.expr import Expr, symbols, text
 from planarc.ir.program import Let, Program, Solve, Statement
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.export.instance.block import OTHER
-from planarc.export.plan import is_settable
+from planarc.instance.block import OTHER
+from planarc.instance.plan import is_settable
 from planarc.ir.derivatives import Scope
 from planarc.view.storage import no_match
 

@@ -7,6 +7,7 @@ its own, or None.
     formulas   derivatives by the expressions          kernels of generated code
     start      residuals and differences in one call   native kernels
     machine    addresses for an integrator in C        native kernels
+    reactions  the iteration of events                 native kernels of models that switch
     lead       a way to the start                      models with simplified equations
 
 Example: an integrator with a Jacobian of its own takes the kernel's where it is offered.
@@ -17,7 +18,7 @@ Example: an integrator with a Jacobian of its own takes the kernel's where it is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, MutableSequence, Sequence
 from contextlib import contextmanager
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
@@ -139,6 +140,56 @@ class Machine(Protocol):
         they fail, it takes those differences."""
 
 
+class TouchMemory(Data):
+    """What is known of the touches of a run: `touches` are the greatest speeds of their impacts,
+    their accelerations after the last ones, and forces that show what forces do; `sizes` the
+    greatest speed, acceleration, and acceleration by 1 N that were seen; `begins`: nothing was."""
+
+    touches: Vector
+    sizes: Sequence[float]
+    begins: bool
+    sharpness: float
+
+
+class Reacted(Data):
+    """An event that was iterated: states, zero functions and their greatest sizes; the states that
+    were set anew, relations of which neither truth agreed; of each strike what was held, ways and
+    impulses, each before and after it; what is known of touches now."""
+
+    y: list[float]
+    now: list[float]
+    largest: list[float]
+    reset: list[int]
+    doubtful: list[int]
+    struck: list[Vector]
+    known: TouchMemory | None
+
+
+class Reactions(Protocol):
+    """The iteration of events in machine code."""
+
+    def prepare(self, span: float, tolerance: float) -> None:
+        """A run of this length begins, whose touches meet as exactly as that."""
+
+    def react(
+        self,
+        y: Sequence[float],
+        crossing: Mapping[int, bool],
+        fired: Sequence[int],
+        largest: Sequence[float],
+        leaping: Collection[int],
+        ahead: bool,
+        known: TouchMemory | None,
+    ) -> Reacted | None:
+        """The iteration at the time of the workspace, from the states on, as
+        `solve.events.iteration` does it: the relations of `crossing` get the other truth, samplers
+        are `fired`; zero functions that are `leaping` across poles say nothing of sizes. None
+        where that must be done there: the workspace is no use then."""
+
+
+#: From a program, the frame of a kernel, and the function of the memory and `ahead`.
+ReactorMaker: TypeAlias = "Callable[[Program, Any, Callable[..., int]], Reactions]"
+
 #: The program that leads to a start from simplified equations (`dae.HOMOTOPY`), loaded.
 Lead: TypeAlias = "Callable[[], tuple[Program, Kernel]]"
 
@@ -149,6 +200,7 @@ class Capabilities(Data):
     formulas: Formulas | None = None
     start: StartForm | None = None
     machine: Machine | None = None
+    reactions: Callable[[], Reactions | None] | None = None
     lead: Lead | None = None
 
 

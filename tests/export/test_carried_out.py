@@ -39,7 +39,7 @@ def runs(
     """With and without carrying out."""
     model, rows, codes = compile_model(request), [], []
     for least in (1, 1 << 30):
-        monkeypatch.setattr("planarc.export.actions.SHORTEST_SELDOM", least)
+        monkeypatch.setattr("planarc.instance.actions.SHORTEST_SELDOM", least)
         monkeypatch.setattr("planarc.export.module._LARGE", 0)
         path = written(folder / f"{least}.fmu", model, 3)
         rows.append(fmpy.simulate_fmu(path, fmi_type="CoSimulation", stop_time=stop))

@@ -22,10 +22,10 @@ from planarc.compiler import compile_model
 from planarc.compiler import run as run_model
 from planarc.core.options import RunOptions
 from planarc.export.fmu import make_fmu
-from planarc.export.instance.past.layout import sizes
 from planarc.export.module import write_texts
 from planarc.export.page.module import make_module
 from planarc.export.wishes import Wishes
+from planarc.instance.past.layout import sizes
 from planarc.ir.result import Result
 from planarc.request.request import Request
 from tests.export.fmus import WAYS, runs_here, simulate, written

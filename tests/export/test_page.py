@@ -19,10 +19,10 @@ from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import RunOptions
 from planarc.evaluate.record import ENTRIES, Tape
-from planarc.export.instance.ends import CROWDED
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
+from planarc.instance.ends import CROWDED
 from planarc.ir.result import Result
 from planarc.request.request import Request
 from planarc.stages import study

@@ -16,8 +16,8 @@ import pytest
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.export.fmu import make_fmu
-from planarc.export.instance.stored import FILE
 from planarc.export.wishes import Wishes
+from planarc.instance.stored import FILE
 from planarc.request.request import Request
 from tests.export.fmus import EXAMPLES, HERE, WAYS, runs_here, written
 

@@ -1,9 +1,8 @@
 """LLVM text to object code for this machine.
 
 The object code holds no absolute address, so it may be kept on disk for machines of
-the same kind (`key`). Both modules of a program, its own and the runtime, are in it:
-
-    length of the first object (8 bytes), first object, second object
+the same kind (`key`). The modules of a program are in it, the runtime, its own, and two more
+where it has events, each behind its length (8 bytes).
 
 Measured on a four-bar: LLVM's whole pipeline takes 220 ms for the runtime and 17 ms for
 the model; registers instead of stack places, tidied branches and rotated loops 37 ms
@@ -16,13 +15,14 @@ row or less is always made in that way: 9 of 26 ms less for a four-bar, of equal
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import key, target_machine
 from planarc.core import cache as store
+from planarc.core.data import Data
 from planarc.runtime.link import PLACES
 
 if TYPE_CHECKING:
@@ -36,9 +36,17 @@ _SELDOM = re.compile(r"^(define i32 @pc_(?:parameters|rest|initial)\([^)]*\))", 
 _TIDIED = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
-def compile_object(program: Program) -> bytes:
-    """The program's object code."""
-    return _joined(_runtime(), ir(program))
+class Events(Data):
+    """The texts of a program's events: one that all of this kind share, and its own."""
+
+    kind: str
+    shared: Callable[[], str]
+    own: str
+
+
+def compile_object(program: Program, events: Events | None = None) -> bytes:
+    """The program's object code, with that of its events."""
+    return _joined(_runtime(), _own(ir(program)), *(() if events is None else _events(events)))
 
 
 def compile_slopes(program: Program, scope: Scope) -> bytes | None:
@@ -47,15 +55,26 @@ def compile_slopes(program: Program, scope: Scope) -> bytes | None:
     from planarc.codegen.slopes import derive_slopes
 
     slopes = derive_slopes(program, scope)
-    return None if slopes is None else _joined(_passing(), slopes_ir(program, slopes, scope))
+    return None if slopes is None else _joined(_passing(), _own(slopes_ir(program, slopes, scope)))
 
 
-def _joined(runtime: bytes, text: str) -> bytes:
+def _joined(*objects: bytes) -> bytes:
+    return b"".join(len(code).to_bytes(8, "little") + code for code in objects)
+
+
+def _own(text: str) -> bytes:
     """A model whose values or comments alone were changed has the text that it had."""
     level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
     text = _SELDOM.sub(r"\1 noinline optnone", text)
-    code = _kept((str(level), text), lambda: _compiled(text, level))
-    return len(runtime).to_bytes(8, "little") + runtime + code
+    return _kept((str(level), text), lambda: _compiled(text, level))
+
+
+def _events(events: Events) -> Iterator[bytes]:
+    """The object that models with events of this kind share, made in LLVM's quickest way: what runs
+    is the model's, mostly. And the model's own."""
+    write = events.shared
+    yield _kept(("events", events.kind), lambda: _compiled(write(), 0, ("sroa",)))
+    yield _own(events.own)
 
 
 @cache
@@ -91,7 +110,7 @@ def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
 
 def _compiled(text: str, level: int, passes: Sequence[str] = ()) -> bytes:
     machine = target_machine(level)
-    return emit_object(text, machine, ("pc_",) if PLACES else (), passes)
+    return emit_object(text, machine, ("pc_", "px_") if PLACES else (), passes)
 
 
 def emit_object(

@@ -15,9 +15,9 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Value
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
-from planarc.export.instance.block import whole
-from planarc.export.instance.settling import ACTED
-from planarc.export.plan import Own, Phase, Stale
+from planarc.instance.block import whole
+from planarc.instance.plan import Own, Phase, Stale
+from planarc.instance.settling import ACTED
 
 
 def functions() -> Entries:

@@ -36,10 +36,10 @@ from planarc.export.c.rows import declare
 from planarc.export.c.statements import Naming
 from planarc.export.c.texts import API, COUNT, HEADER, INNER, MAIN, WRITTEN
 from planarc.export.image import take_image
-from planarc.export.instance.block import LARGER, OTHER
-from planarc.export.plan import Own, Table
 from planarc.export.refusal import refuse
 from planarc.export.wishes import derivatives, restricted, tolerance_of
+from planarc.instance.block import LARGER, OTHER
+from planarc.instance.plan import Own, Table
 from planarc.ir.frame import Frame, Number
 from planarc.runtime import elementary
 from planarc.view.storage import no_match

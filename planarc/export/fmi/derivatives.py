@@ -11,9 +11,9 @@ from contextlib import contextmanager
 
 from planarc.codegen.native.assembly import FLAG, POINTER, REAL, Code, Value
 from planarc.export.fmi.entries import DISCARD, EVALUABLE, NUMBER, Entries
-from planarc.export.instance.block import is_null, load_narrow, whole
-from planarc.export.instance.slopes import UNKNOWN, has_slopes, node_of, slot_of
-from planarc.export.plan import Stale
+from planarc.instance.block import is_null, load_narrow, whole
+from planarc.instance.plan import Stale
+from planarc.instance.slopes import UNKNOWN, has_slopes, node_of, slot_of
 from planarc.ir.derivatives import CHUNK
 
 

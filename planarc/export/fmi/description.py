@@ -21,7 +21,7 @@ from planarc.core.quantity import scale
 from planarc.core.unit import factors, parse
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.variables import Interface, Seen, shown_name
-from planarc.export.plan import is_eventful
+from planarc.instance.plan import is_eventful
 from planarc.ir.program import Program
 
 _BASE = ("m", "kg", "s", "A", "K", "mol", "cd")

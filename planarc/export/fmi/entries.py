@@ -15,7 +15,7 @@ from contextlib import contextmanager
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value
 from planarc.codegen.native.newton import open_frame
-from planarc.export.instance.block import (
+from planarc.instance.block import (
     BYTE,
     constant,
     is_null,
@@ -27,12 +27,12 @@ from planarc.export.instance.block import (
     store_narrow,
     whole,
 )
-from planarc.export.instance.ends import CROWDED
-from planarc.export.instance.relations import numbers_of, told
-from planarc.export.instance.said import MARK
-from planarc.export.instance.settling import ACTED, DENSE, ENDLESS, UNSOLVED
-from planarc.export.plan import Own, Phase, Relation, Row, Stale, Table
-from planarc.export.text import text_constant
+from planarc.instance.ends import CROWDED
+from planarc.instance.plan import Own, Phase, Relation, Row, Stale, Table
+from planarc.instance.relations import numbers_of, told
+from planarc.instance.said import MARK
+from planarc.instance.settling import ACTED, DENSE, ENDLESS, UNSOLVED
+from planarc.instance.text import text_constant
 from planarc.ir.frame import Frame, Number
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -352,7 +352,7 @@ class Entries:
 
     def accept(self, c: Code, m: Value) -> Value:
         """A step was accepted; 1 where other states are to be taken."""
-        from planarc.export.instance.block import hold
+        from planarc.instance.block import hold
 
         self.record(c, m)
         self.refresh(c, m, Stale.NOTHING)

@@ -23,7 +23,7 @@ from collections.abc import Callable, Sequence
 from math import ceil, floor, isfinite
 
 from planarc.evaluate.value import evaluate
-from planarc.export.plan import is_settable
+from planarc.instance.plan import is_settable
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, symbols, text
 from planarc.ir.program import Column, Let, Program

@@ -26,8 +26,8 @@ from planarc.export.fmi.entries import (
     same_text,
     state,
 )
-from planarc.export.instance.block import BYTE, constant, plan, whole
-from planarc.export.plan import Own, Phase, Table
+from planarc.instance.block import BYTE, constant, plan, whole
+from planarc.instance.plan import Own, Phase, Table
 from planarc.ir.frame import Frame
 
 _OTHER_KINDS = ("Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "UInt64")

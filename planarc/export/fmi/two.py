@@ -22,8 +22,8 @@ from planarc.export.fmi.entries import (
     same_text,
     state,
 )
-from planarc.export.instance.block import WORD, constant, whole
-from planarc.export.plan import Own, Phase
+from planarc.instance.block import WORD, constant, whole
+from planarc.instance.plan import Own, Phase
 from planarc.ir.frame import Frame
 
 #: Kinds of a status: `fmi2LastSuccessfulTime`, `fmi2Terminated`.

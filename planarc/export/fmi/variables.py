@@ -3,7 +3,7 @@
 In:   Program, the values at the start, what is held there
 Out:  Seen    one for each value: names that share it are its aliases
 
-A value's reference is 8*slot + 2*kind + sign (`export.instance.block`); names that share an
+A value's reference is 8*slot + 2*kind + sign (`instance.block`); names that share an
 output have references of their own, since each may be one, and so have those of another unit
 (the angle and a force of the ground are both zero) or with limits of their own. Those of a value
 that is held at the start have, too: the standard lets one name of a reference have a start, and
@@ -24,9 +24,9 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.limits import Declared, kept
-from planarc.export.instance.block import OTHER
-from planarc.export.plan import crowd_names, is_eventful, is_settable
 from planarc.export.tunable import tunable_parameters
+from planarc.instance.block import OTHER
+from planarc.instance.plan import crowd_names, is_eventful, is_settable
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column, Enumeration, ParameterSlot, Program
 from planarc.solve.stepping.ports import Sites

@@ -21,11 +21,11 @@ from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.evaluate.record import Number, Rows, Tape
 from planarc.evaluate.rows import RowValues
-from planarc.export.actions import errors
 from planarc.export.endings import ends, values_of
 from planarc.export.page.told import touch_slots, warnings
 from planarc.insight.happenings import KIND
 from planarc.insight.values import Values
+from planarc.instance.actions import errors
 from planarc.ir.expr import Expr, Op, symbol_text
 from planarc.ir.insight import Layer, Track
 from planarc.ir.result import Result

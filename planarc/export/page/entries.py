@@ -11,7 +11,7 @@ JavaScript knows as its own numbers.
 
 A row is `width` numbers of the workspace, out[row*width + i] = w[slots[i]]. Fewer rows than were
 asked for: a run ended; `page_rows` leaves the reason in the word behind the last row that there is
-room for: the number of the message (`export.actions.messages`) that an assertion or an event ended
+room for: the number of the message (`instance.actions`) that an assertion or an event ended
 it with, or what stood in the way, as a number below 0 (`instance.events`).
 
 Before and behind each event the page is called itself, by
@@ -28,9 +28,9 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Valu
 from planarc.codegen.native.newton import open_frame
 from planarc.export.fmi.entries import Entries
 from planarc.export.heard import tell_events
-from planarc.export.instance.block import whole
-from planarc.export.instance.settling import ACTED
-from planarc.export.plan import Own, Phase, Stale
+from planarc.instance.block import whole
+from planarc.instance.plan import Own, Phase, Stale
+from planarc.instance.settling import ACTED
 
 
 def functions(eventful: bool = False, crowded: bool = False) -> Entries:

@@ -27,8 +27,8 @@ from planarc.export.module import write_texts
 from planarc.export.objects import compile_texts
 from planarc.export.page.entries import functions
 from planarc.export.page.held import taken
-from planarc.export.plan import is_eventful
 from planarc.export.wishes import tolerance_of
+from planarc.instance.plan import is_eventful
 from planarc.ir.derivatives import Scope
 
 if TYPE_CHECKING:

@@ -27,13 +27,13 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
-from planarc.export.instance.ends import CROWDED
-from planarc.export.instance.settling import ENDLESS
 from planarc.export.page.drawing import Drawing, draw
 from planarc.export.page.held import held_inputs
 from planarc.export.page.module import make_module
 from planarc.export.page.told import told_of
-from planarc.export.plan import is_eventful, is_settable
+from planarc.instance.ends import CROWDED
+from planarc.instance.plan import is_eventful, is_settable
+from planarc.instance.settling import ENDLESS
 from planarc.view.page import assets
 from planarc.view.page.controls import Field, Group, groups_of, inputs_of
 from planarc.view.page.data import ROWS

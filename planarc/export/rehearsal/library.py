@@ -38,12 +38,12 @@ from planarc.core import cache as store
 from planarc.export.c.entries import functions
 from planarc.export.heard import tell_events
 from planarc.export.image import take_image
-from planarc.export.instance.block import constant, whole
-from planarc.export.instance.said import MARK
 from planarc.export.module import write_texts
-from planarc.export.plan import Own, Stale, is_eventful
 from planarc.export.refusal import refuse
 from planarc.export.wishes import tolerance_of
+from planarc.instance.block import constant, whole
+from planarc.instance.plan import Own, Stale, is_eventful
+from planarc.instance.said import MARK
 from planarc.ir.derivatives import Scope
 from planarc.ir.frame import Frame, Number
 from planarc.runtime.link import PLACES

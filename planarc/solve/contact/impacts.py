@@ -16,7 +16,7 @@ last one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ import numpy as np
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.impact import KEPT
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, TouchMemory
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
 from planarc.solve.contact.pressed import solve_pressed
@@ -60,6 +60,8 @@ MOVED, MOVES = 1e-3, 1e-7
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
 LIMIT = 1e-9
+#: What tells what happened to a touch.
+TOLD = ("held", "way", "impulse")
 #: What is looked at before anything changes.
 READ = ("gap", "v", "a", "slip", "a_slip", "e", "mu", *KEPT)
 #: What a touch is that is open and has not just been.
@@ -81,6 +83,31 @@ class Impacts:
         self._most = 1e-300  # acceleration by 1 N that was seen
         self.components = self._touches.components
         self._begun = False
+
+    def known(self, t: float) -> TouchMemory | None:
+        """What machine code needs to know of the touches; None where the run cannot begin."""
+        if not self._begun:
+            if messages.begun_wrong(self._touches, t) is not None:
+                return None
+            self._begun = True
+        touches = np.concatenate([self._first, self._falls, self._touches.force])
+        sizes = self._fastest, self._strongest, self._most
+        return TouchMemory(touches, sizes, self._begins, self.sharpness)
+
+    def take(self, known: TouchMemory, struck: Sequence[Vector]) -> list[str]:
+        """What machine code knows now; tells what happened at each strike."""
+        n = len(self._touches.all)
+        self._first, self._falls, self._touches.force = np.split(known.touches, [n, 2 * n])
+        self._fastest, self._strongest, self._most = known.sizes
+        self._begins, self.sharpness = known.begins, max(self._least, known.sharpness)
+        found = []
+        for rows in struck:
+            before, after = (
+                dict(zip(TOLD, rows[::2], strict=True)),
+                dict(zip(TOLD, rows[1::2], strict=True)),
+            )
+            found += messages.told(self._touches, before, after)
+        return found
 
     def resolve(
         self, t: float, y: list[float], states: Mapping[int, int]

@@ -73,7 +73,7 @@ class Touches(Points):
         self.kernel = kernel
         self._read = Reader(program, kernel, 0.0)
         self._rates = {c.slot: c.derivative for c in program.candidates}
-        self._force = np.ones(2 * len(self.all))  # that shows what a force does
+        self.force = np.ones(2 * len(self.all))  # that shows what a force does
         self._slots = {
             n: [program.slots.get(repr(t.read[n])) for t in self.all] for n in NAMES
         }  # None where a value follows from others
@@ -135,7 +135,7 @@ class Touches(Points):
                 continue  # no force ever acts there
             slot = self.all[i].slots[push]
             for _ in range(2):
-                w[slot] = force = self._force[place]
+                w[slot] = force = self.force[place]
                 whole = self.evaluate(t, y)
                 own[:, column] = (self.motion() - free) / force
                 moved[:, column] = (np.array(take(w)) - before) / force
@@ -145,7 +145,7 @@ class Touches(Points):
                 effect = float(np.abs(own[:, column]).max())
                 if effect == 0.0 or effect * force > SEEN * largest:
                     break
-                self._force[place] = largest / effect
+                self.force[place] = largest / effect
         return Response(own, moved), free
 
     def pressed(self, t: float, y: Sequence[float], some: Array, x: Vector) -> Vector | None:

@@ -89,6 +89,20 @@ class Crossings:
         for i in self.beyond:
             self._bands[i] = FURTHER_OFF * max(abs(self.now[i]), NOISE * self.largest[i])
 
+    def leaping_at(self, t: float) -> Collection[int]:
+        """The functions that went across poles at an instant."""
+        return self._leaps if t == self._earlier[0] else ()
+
+    def take(
+        self, t: float, now: list[float], largest: list[float], doubtful: Iterable[int]
+    ) -> None:
+        """An event is over that machine code has iterated."""
+        self.forget_noise()
+        if t != self._earlier[0]:
+            self._earlier, self._leaps = (t, self.largest), ()
+        self.now, self.largest = now, largest
+        self.leave(doubtful)
+
     def shifts(self) -> list[float]:
         """Moves of the zero functions, away from zero, by which an integrator sees no crossings
         of noise, and those of what is beyond zero; empty where there is none."""

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
-from planarc.ir.kernel import Kernel, Taker, taker
+from planarc.ir.kernel import Kernel, Reactions, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
@@ -139,7 +139,7 @@ class Events:
         t: float,
         y: Sequence[float],
         crossing: Mapping[int, bool],
-        samples: Iterable[int],
+        samples: Sequence[int],
         states: Mapping[int, int],
         ahead: bool = True,
     ) -> Processed:
@@ -147,6 +147,9 @@ class Events:
         `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
         from planarc.solve.events.settling import Settling
 
+        quick = self._reacted(t, y, crossing, samples, states, ahead)
+        if quick is not None:
+            return quick
         w, program, done = self.kernel.w, self.program, Processed(list(y))
         self.crossings.forget_noise()
         flag = self._evaluate(t, done.y)
@@ -187,6 +190,53 @@ class Events:
         if self._rescue.overcome(t, lambda: self.kernel.outputs(t, done.y)) != 0:
             settling.failed()
         self.crossings.leave(settling.doubtful)
+        self._refuse_inexact(t, done, self._integers)
+        return done
+
+    @cached_property
+    def _reactions(self) -> Reactions | None:
+        """The same iteration in machine code."""
+        make = self.kernel.capabilities.reactions
+        found = None if make is None or self._request.stepping else make()
+        if found is not None:
+            found.prepare(self._request.span, self._request.tolerance)
+        return found
+
+    def _reacted(
+        self,
+        t: float,
+        y: Sequence[float],
+        crossing: Mapping[int, bool],
+        samples: Sequence[int],
+        states: Mapping[int, int],
+        ahead: bool,
+    ) -> Processed | None:
+        """An event that machine code iterates; None where that is left to this module."""
+        if self._reactions is None:
+            return None
+        w: Any = self.kernel.w
+        impacts, crossings = self._whens.impacts, self.crossings
+        relations = self.program.relations
+        if any((w[relations[i].slot] != 0) == truth for i, truth in crossing.items()):
+            return None
+        known = None if impacts is None else impacts.known(t)
+        if impacts is not None and known is None:
+            return None
+        before = w.copy()
+        w[0] = t
+        found = self._reactions.react(
+            y, crossing, samples, crossings.largest, crossings.leaping_at(t), ahead, known
+        )
+        if found is None:
+            w[:] = before
+            return None
+        crossings.take(t, found.now, found.largest, found.doubtful)
+        slots = {k: slot for slot, k in states.items()}
+        reset = {slots[k] for k in found.reset}
+        done = Processed(found.y, reset=[c.display for c in self.program.candidates
+                                         if c.slot in reset])  # fmt: skip
+        if impacts is not None and found.known is not None:
+            done.told += impacts.take(found.known, found.struck)
         self._refuse_inexact(t, done, self._integers)
         return done
 

@@ -12,7 +12,7 @@ Out:  Meetings   for each end of a bar, or centre of a circle, near another body
 
 Example: circles of radius 0.5 with centres (0, 0) and (0, 1.1): normal (0, 1), gap 0.1.
 
-Exported models do the same in the same order (`export.instance.crowd`): a heap magnifies the last
+Exported models do the same in the same order (`instance.crowd`): a heap magnifies the last
 digit. So lengths are square roots, and sines have the same bits everywhere (`angles`).
 """
 

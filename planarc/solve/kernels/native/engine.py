@@ -47,19 +47,37 @@ _EXTERNALS: Final = tuple(external.INDEX)
 CALLED: Final = ctypes.CFUNCTYPE(_REAL, *[ctypes.c_int64] * 3, ctypes.POINTER(_REAL))(_external)
 
 
+def parts_of(code: bytes) -> list[bytes]:
+    """The objects of object code, each behind its length."""
+    found, at = [], 0
+    while at < len(code):
+        end = at + 8 + int.from_bytes(code[at : at + 8], "little")
+        found.append(code[at + 8 : end])
+        at = end
+    return found
+
+
 class Engine:
     """Owns the memory of the functions: it must outlive every address taken from it."""
 
     def __init__(self, code: bytes) -> None:
         called = ctypes.cast(CALLED, _POINTER).value or 0
         self._linker = (OwnLinker if PLACES else LlvmLinker)({"pc_external": called})
-        self.add(code)
+        runtime, own, *self._events = parts_of(code)
+        self._linker.add(runtime, own)
         self.functions = {name: self._function(name) for name in _SIGNATURES}
 
     def add(self, code: bytes) -> None:
-        """Link both parts, what is the same for all models once."""
-        split = 8 + int.from_bytes(code[:8], "little")
-        self._linker.add(code[8:split], code[split:])
+        """Link all parts, what is the same for all models once."""
+        self._linker.add(*parts_of(code))
+
+    @cached_property
+    def react(self) -> Callable[..., int] | None:
+        """`px_react`, where the code iterates events."""
+        if not self._events:
+            return None
+        self._linker.add(*self._events)
+        return ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, ctypes.c_int64)(self.address("px_react"))
 
     def address(self, name: str) -> int:
         """The address of a function or a constant."""

@@ -1,14 +1,15 @@
 """The native back end's kernel: object code, linked into this process, and its memory.
 
 The engine is shared by all kernels of the same object code; arrays and frame belong
-to one kernel. A kernel keeps alive everything that its addresses point to.
+to one kernel. A kernel keeps alive everything that its addresses point to. The file is long because
+it binds all that a native kernel can.
 """
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, MutableSequence, Sequence
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from planarc.ir.begin import LARGEST, TOLD, room
 from planarc.ir.frame import Frame, Mode, Number, Record, address
-from planarc.ir.kernel import Addresses, Capabilities, Lead
+from planarc.ir.kernel import Addresses, Capabilities, Lead, Reactions, ReactorMaker
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -49,8 +50,10 @@ class NativeKernel(Derived):
         code: bytes,
         slopes: Callable[[Scope], Any] | None = None,
         lead: Lead | None = None,
+        reactor: ReactorMaker | None = None,
     ) -> None:
         super().__init__(program, slopes, lead)
+        self._reactor = reactor
         self._engine = engine = _engine(code)
         made = find_layout(program)
         self._place = made.place
@@ -110,7 +113,21 @@ class NativeKernel(Derived):
 
     @property
     def capabilities(self) -> Capabilities:
-        return Capabilities(formulas=self, start=self, machine=self, lead=self._lead)
+        return Capabilities(self, self, self, self._react, self._lead)
+
+    def _react(self) -> Reactions | None:
+        return self._reactions
+
+    @cached_property
+    def _reactions(self) -> Reactions | None:
+        react = None if self._reactor is None else self._engine.react
+        if self._reactor is None or react is None:
+            return None
+
+        def call(memory: Any, ahead: int) -> int:
+            return react(memory, ahead) or self._check_all() or self._check_discrete()
+
+        return self._reactor(self._program, self._frame, call)
 
     def _bind(self, engine: Engine) -> None:
         frame = ctypes.c_void_p(address(self._frame))
@@ -343,8 +360,10 @@ class NativeKernel(Derived):
         return flag
 
     def discrete(self) -> int:
-        flag = self._call_discrete(float(self.w[0]))
-        return flag or (-1 if np.isnan(self.w[self._discrete_slots]).any() else 0)
+        return self._call_discrete(float(self.w[0])) or self._check_discrete()
+
+    def _check_discrete(self) -> int:
+        return -1 if np.isnan(self.w[self._discrete_slots]).any() else 0
 
     # Derivatives
 

@@ -1,0 +1,280 @@
+"""What a model does at events, in LLVM: its when-clauses, and when its samplers fire.
+
+    px_branches(frame, initial)   which branch of each when-clause acts here
+    px_assign(frame, t) -> flag   discrete variables set; what no clause sets keeps its left limit
+    px_act(frame, t) -> moved     `reinit`, `assert`, `terminate`; 1 where a state was set anew
+    px_samples(frame, rows)       starts and intervals
+
+and the tables of samplers and of unknowns that `instance` reads.
+
+Reference: `solve.events.whens`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from planarc.codegen.native.assembly import (
+    FLAG,
+    INT,
+    POINTER,
+    REAL,
+    SELDOM,
+    Code,
+    Value,
+    table,
+)
+from planarc.codegen.native.carried import Carrier
+from planarc.codegen.native.formulas import bit, formula, real
+from planarc.codegen.native.rolling import SHORTEST_SELDOM
+from planarc.codegen.native.spelled import is_spelled
+from planarc.instance.plan import Own, crowd_names
+from planarc.instance.settling import ACTED, discrete
+from planarc.ir.dae import (
+    EDGE,
+    Action,
+    Assertion,
+    Impact,
+    Reinit,
+    SetDiscrete,
+    Terminate,
+)
+from planarc.ir.expr import Expr, Op
+from planarc.ir.frame import Frame
+from planarc.ir.program import DiscreteSlot, Let, Program
+from planarc.solve.events.crossings import unknowns
+from planarc.solve.events.whens import initial_conditions, own_slots
+
+
+def errors(program: Program) -> tuple[Assertion, ...]:
+    """The assertions that end a run."""
+    return tuple(a for a in program.assertions if not a.warning)
+
+
+def endings(program: Program) -> list[Action]:
+    """Everything that a run may end with, in the order of their numbers, from 1."""
+    return [*errors(program), *(a for a in actions(program) if _ends(a))]
+
+
+def actions(program: Program) -> list[Action]:
+    return [a for when in program.whens for *_, found in when.branches for a in found]
+
+
+def _ends(action: Action) -> bool:
+    """Whether it may end a run."""
+    if isinstance(action, Assertion):
+        return not action.warning
+    return isinstance(action, Terminate | SetDiscrete | Reinit) and not _keeps(action)
+
+
+def _keeps(action: Action) -> bool:
+    """Whether it sets a variable to its left limit, as clauses do for what impacts set."""
+    if not isinstance(action, SetDiscrete):
+        return False
+    return action.value.op is Op.PRE and action.value.data == action.name
+
+
+def ordered_discretes(program: Program) -> tuple[tuple[DiscreteSlot, ...], int]:
+    """The discrete variables, first those (so many) that no clause sets to anything else than
+    their left limits."""
+    changed = {a.name for a in actions(program) if isinstance(a, SetDiscrete) and not _keeps(a)}
+    own = own_slots(program)
+    kept = tuple(d for d in program.discretes if d.slot in own and d.name not in changed)
+    return kept + tuple(d for d in program.discretes if d not in kept), len(kept)
+
+
+def numbers(program: Program) -> dict[int, int]:
+    """The number of the message of each action, by its place among all of them."""
+    found, number = {}, len(errors(program))
+    for i, action in enumerate(actions(program)):
+        if _ends(action):
+            number += 1
+            found[i] = number
+    return found
+
+
+def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
+    """Leaves of a formula from the workspace."""
+
+    def leaf(e: Expr) -> Value:
+        return t if e.op is Op.TIME else w.load(REAL, slot_of(program, e))
+
+    return leaf
+
+
+def slot_of(program: Program, e: Expr) -> int:
+    """Where a leaf stands in the workspace."""
+    slot = program.slots.get(repr(e))
+    if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
+        slot = program.slots[e.data]
+    assert slot is not None, f"`{e}` has no value here"
+    return slot
+
+
+def carry_values(
+    program: Program, formulas: Sequence[Expr], carrier: Carrier | None, c: Code, out: Value
+) -> bool:
+    """Whether a function of an instance and a time, `c`, has the formulas carried out: their values
+    stand in an array then."""
+    results = [program.table.symbol(f"$value({i})") for i in range(len(formulas))]
+    lets = list(map(Let, results, formulas))
+    if carrier is None or len(lets) < SHORTEST_SELDOM or not is_spelled(lets):
+        return False
+    m, t = c.arguments[:2]
+    told = carrier.values(lets, lambda e: slot_of(program, e))
+    c.run("pc_carry", m, t, *(c.constant(n, INT) for n in told))
+    memory = m.load(POINTER, Frame.W).at(carrier.memory)
+    c.run("px_copy", out, memory, c.constant(len(lets), INT))
+    return True
+
+
+def action_functions(program: Program, asks: bool = False) -> str:
+    """The functions and tables of a model's events. `asks`: a run in Python asks for them, which
+    tells by itself what an action ends or warns of."""
+    return "\n".join(
+        (
+            "declare i64 @px_reinit(ptr, i64, double)",
+            "declare void @px_impact(ptr, double)",
+            "declare void @px_copy(ptr, ptr, i64)",
+            _branches(program),
+            _assign(program),
+            _act(program, asks),
+            "" if asks else _samples(program),
+            table("px_sampled", (slot for slot, *_ in program.samplers)),
+            table("px_quiet_slots", unknowns(program)),
+        )
+    )
+
+
+def _branches(program: Program) -> str:
+    c = Code("px_branches", "void", ((POINTER, "m"), (INT, "initial")))
+    m, initial = c.arguments
+    w, chosen = m.load(POINTER, Frame.W), m.load(POINTER, Own.BRANCHES)
+    edges = {d.slot for d in program.discretes if d.name.startswith(f"{EDGE}[")}
+    at_start = initial_conditions(program)
+    ordinary = initial.equals(0)
+    for k, when in enumerate(program.whens):
+        found = c.constant(0, INT)
+        for number, (slot, pre, _) in reversed(list(enumerate(when.branches, 1))):
+            acts = ~w.load(REAL, slot).equals(0.0)
+            if slot not in edges:
+                acts = acts & w.load(REAL, pre).equals(0.0)
+            if slot not in at_start:
+                acts = acts & ordinary
+            found = c.select(acts, c.constant(number, INT), found)
+        chosen.store(found, k)
+    c.give()
+    return c.text(SELDOM)
+
+
+def _each(
+    program: Program, c: Code, m: Value, do: Callable[[int, Action], None],
+    is_wanted: Callable[[Action], bool],
+) -> None:  # fmt: skip
+    """Write what is done where a branch acts."""
+    chosen, i = m.load(POINTER, Own.BRANCHES), 0
+    for k, when in enumerate(program.whens):
+        for number, (*_, found) in enumerate(when.branches, 1):
+            wanted = [(i + j, a) for j, a in enumerate(found) if is_wanted(a)]
+            i += len(found)
+            if wanted:
+                with c.when(chosen.load(INT, k).equals(number)):
+                    for place, action in wanted:
+                        do(place, action)
+
+
+def _assign(program: Program) -> str:
+    c = Code("px_assign", FLAG, ((POINTER, "m"), (REAL, "t")))
+    m, t = c.arguments
+    w, number = m.load(POINTER, Frame.W), numbers(program)
+    leaf = reader(program, w, t)
+
+    def assign(i: int, action: Action) -> None:
+        assert isinstance(action, SetDiscrete)
+        value = real(c, formula(c, action.value, leaf))
+        if i in number:
+            with c.when(value.is_nan(), leaves=True):
+                m.store(c.constant(number[i], INT), Own.ENDED)
+                c.give(ACTED)
+        w.store(value, program.slots[action.name])
+
+    discretes, count = ordered_discretes(program)
+    resting = {d.name for d in discretes[:count]}
+    _each(program, c, m, assign, lambda a: isinstance(a, SetDiscrete) and a.name not in resting)
+    with c.loop(count) as i:
+        w.store(w.load(REAL, discrete(m, i, 1)), discrete(m, i, 0))
+    chosen = m.load(POINTER, Own.BRANCHES)
+    own = own_slots(program)
+    for slot, pre in ((d.slot, d.pre) for d in discretes[count:] if d.slot in own):
+        kept = Value(c, "i1", "true")
+        for k, when in enumerate(program.whens):
+            for branch, (*_, found) in enumerate(when.branches, 1):
+                if slot in _set_in(program, found):
+                    kept = kept & ~chosen.load(INT, k).equals(branch)
+        with c.when(kept):
+            w.store(w.load(REAL, pre), slot)
+    c.give(0)
+    return c.text(SELDOM)
+
+
+def _set_in(program: Program, found: Sequence[Action]) -> set[int]:
+    return {program.slots[a.name] for a in found if isinstance(a, SetDiscrete)}
+
+
+def _act(program: Program, asks: bool) -> str:
+    c = Code("px_act", INT, ((POINTER, "m"), (REAL, "t")))
+    m, t = c.arguments
+    number, moved, struck = numbers(program), c.variable(0, INT), c.variable(0, INT)
+    leaf = reader(program, m.load(POINTER, Frame.W), t)
+
+    def end(i: int, over: bool) -> None:
+        with c.when(m.load(INT, Own.ENDED).equals(0)):
+            m.store(c.constant(number[i], INT), Own.ENDED)
+            if not asks:
+                c.run("px_values", m, c.constant(number[i], INT))
+            m.store(c.constant(int(over), INT), Own.OVER)
+
+    def act(i: int, action: Action) -> None:
+        if isinstance(action, Terminate):
+            end(i, True)
+        elif isinstance(action, Reinit):
+            value = real(c, formula(c, action.value, leaf))
+            none = value.is_nan()
+            with c.when(none):
+                end(i, False)
+            with c.when(~none):
+                slot = c.constant(program.slots[repr(action.symbol)], INT)
+                one = c.call(INT, "px_reinit", m, slot, value)
+                moved.set(c.select(one.equals(1), one, moved.get()))
+        elif isinstance(action, Assertion) and not action.warning:
+            with c.when(~bit(c, formula(c, action.condition, leaf))):
+                end(i, False)
+        elif isinstance(action, Assertion) and asks:
+            with c.when(~bit(c, formula(c, action.condition, leaf))):
+                m.store(c.constant(1, INT), Own.DOUBT)
+
+    def strike(_: int, action: Action) -> None:
+        struck.set(c.constant(1, INT))
+
+    _each(program, c, m, act, lambda a: isinstance(a, Terminate | Reinit | Assertion))
+    if not crowd_names(program) and any(isinstance(a, Impact) for a in actions(program)):
+        _each(program, c, m, strike, lambda a: isinstance(a, Impact))
+        goes_on = m.load(INT, Own.ENDED).equals(0) & m.load(INT, Own.OVER).equals(0)
+        with c.when(struck.get().equals(1) & goes_on):
+            c.run("px_impact", m, t)
+            moved.set(c.constant(1, INT))
+    c.give(moved.get())
+    return c.text(SELDOM)
+
+
+def _samples(program: Program) -> str:
+    c = Code("px_samples", "void", ((POINTER, "m"), (POINTER, "rows")))
+    m, rows = c.arguments
+    w = m.load(POINTER, Frame.W)
+    leaf = reader(program, w, w.load(REAL))
+    for k, (_, start, interval, _) in enumerate(program.samplers):
+        for place, e in enumerate((start, interval)):
+            value = real(c, formula(c, e, leaf))
+            rows.store(value, place * len(program.samplers) + k)
+    c.give()
+    return c.text(SELDOM)

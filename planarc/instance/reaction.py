@@ -1,0 +1,117 @@
+"""The event iteration of a run in Python, as machine code.
+
+    shared    relations, settling, touches of `instance`; the same for all models that touch,
+              and for all others
+    own       the model's actions, what its touches read, and tables
+
+Both call the kernel's functions. What switches, and when, the run finds by itself; it asks for
+the iteration at that instant (`instance.reactor`), and decides itself what is doubtful
+(`Own.DOUBT`), what ends the run, and what has no solution.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from planarc.codegen.native.assembly import table
+from planarc.codegen.native.formulas import declarations
+from planarc.codegen.native.machine import Events
+from planarc.instance.actions import action_functions
+from planarc.instance.block import copy_functions
+from planarc.instance.contact.functions import contact_functions
+from planarc.instance.events import reaction_functions
+from planarc.instance.plan import Table, crowd_names
+from planarc.instance.relations import zero_functions
+from planarc.instance.settling import settling_functions
+from planarc.instance.touches import touch_functions
+from planarc.ir.program import Program
+from planarc.solve.contact.touches import Points
+from planarc.solve.events.crossings import unknowns
+
+_KERNEL = """
+declare double @llvm.fabs.f64(double)
+declare double @llvm.sqrt.f64(double)
+declare double @pow(double, double)
+declare i64 @llvm.ctpop.i64(i64)
+declare i32 @pc_outputs(ptr, double, ptr)
+declare i32 @pc_rhs(ptr, double, ptr, ptr)
+declare i32 @pc_roots(ptr, double, ptr, ptr)
+declare i32 @pc_discrete(ptr, double)
+"""
+_MODEL = """
+declare void @px_branches(ptr, i64)
+declare i32 @px_assign(ptr, double)
+declare i64 @px_act(ptr, double)
+@px_plan = external constant [0 x i64]
+@px_relations = external constant [0 x i64]
+@px_sampled = external constant [0 x i64]
+@px_quiet_slots = external constant [0 x i64]
+"""
+#: Messages are put together in Python.
+_TOUCHES = """
+declare void @px_feel(ptr, double, ptr)
+@px_touches = external constant [0 x i64]
+define void @px_values(ptr %m, i64 %number) nounwind {
+  ret void
+}
+"""
+_PAST = """
+declare double @pc_past(ptr, i64, i64, double)
+declare double @pc_external(i64, i64, i64, ptr)
+"""
+
+
+def texts_of(program: Program) -> Events | None:
+    """The texts; None where nothing switches, and of crowds, which steps of one length follow."""
+    found = program.relations or program.samplers or program.whens or program.discretes
+    if not found or crowd_names(program):
+        return None
+    touches = has_touches(program)
+    kind = "touches" if touches else "relations"
+    return Events(kind, partial(shared_text, touches), own_text(program))
+
+
+def shared_text(touches: bool) -> str:
+    """The functions that models share."""
+    functions = (
+        *copy_functions(),
+        *zero_functions(),
+        *settling_functions(asks=True),
+        *reaction_functions(),
+        *((_TOUCHES, *contact_functions(asks=True)) if touches else ()),
+    )
+    return "\n".join((_KERNEL, _MODEL, *functions))
+
+
+def has_touches(program: Program) -> bool:
+    return bool(Points(program).all)
+
+
+def own_text(program: Program) -> str:
+    """Those of a model, and its tables."""
+    touching = Points(program).components
+    numbers = dict.fromkeys(Table, 0) | {
+        Table.STATES: program.state_count,
+        Table.SIZE: program.size,
+        Table.RELATIONS: len(program.relations),
+        Table.DISCRETES: len(program.discretes),
+        Table.SAMPLES: len(program.samplers),
+        Table.QUIET: len(unknowns(program)),
+        Table.TOUCHES: len(Points(program).all),
+        Table.JAMS: 1,
+    }
+    relations = [
+        n
+        for r in program.relations
+        for n in (r.slot, int(r.strict), int(r.time_only), 0, int(r.component in touching))
+    ]
+    return "\n".join(
+        (
+            declarations(),
+            _PAST,
+            action_functions(program, asks=True),
+            touch_functions(program) if has_touches(program) else "",
+            table("px_plan", numbers.values()),
+            table("px_relations", relations),
+        )
+    )

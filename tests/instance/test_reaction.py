@@ -1,0 +1,224 @@
+"""The iteration of events in machine code does what Python's does: both run the same models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planarc.compiled import Compiled
+from planarc.compiler import compile_model
+from planarc.core.options import Backend, RunOptions
+from planarc.instance.reaction import texts_of
+from planarc.instance.reactor import Reactor
+from planarc.ir.kernel import Reacted
+from planarc.ir.result import Result
+from planarc.request.request import Request
+from planarc.solve.kernels import load
+from planarc.solve.simulate import simulate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+BALL = """
+model Ball
+  Real h(start=1, fixed=true), v(start=0, fixed=true);
+  discrete Integer hits(start=0, fixed=true);
+equation
+  der(h) = v;
+  der(v) = -9.81;
+  when h <= 0 then
+    reinit(v, -0.7*pre(v));
+    hits = pre(hits) + 1;
+  end when;
+  annotation(experiment(StopTime=2));
+end Ball;
+"""
+SAMPLED = """
+model Sampled
+  Real x(start=0, fixed=true);
+  discrete Real u(start=0, fixed=true), last(start=0, fixed=true);
+equation
+  der(x) = u - x;
+  when sample(0, 0.1) then
+    last = pre(u);
+    u = 0.5*pre(u) + (if x < 0.5 then 1 else -0.2);
+  end when;
+  annotation(experiment(StopTime=2));
+end Sampled;
+"""
+FRICTION = """
+model Friction
+  Real x(start=0, fixed=true), v(start=1, fixed=true), f;
+  Boolean stuck(start=false, fixed=true);
+equation
+  der(x) = v;
+  der(v) = if stuck then 0 else f - (if v > 0 then 2 else -2);
+  f = 3*sin(2*time);
+  stuck = abs(f) < 2.2 and (pre(stuck) or abs(v) < 1e-3);
+  when stuck then
+    reinit(v, 0);
+  end when;
+  annotation(experiment(StopTime=8));
+end Friction;
+"""
+DELAYED = """
+model Delayed
+  Real x(start=1, fixed=true), y;
+  Boolean high(start=false);
+equation
+  y = delay(x, 0.3);
+  der(x) = -x + (if high then 1 else -1);
+  high = y < 0.2 or (pre(high) and y < 0.5);
+  annotation(experiment(StopTime=5));
+end Delayed;
+"""
+ENDS = """
+model Ends
+  Real x(start=0, fixed=true);
+equation
+  der(x) = 1;
+  when x > 0.5 then
+    {action}
+  end when;
+  annotation(experiment(StopTime=1));
+end Ends;
+"""
+#: A loop of numbers at an instant, which passes alone do not bring to rest.
+LOOP = """
+model Loop
+  Real x(start=0, fixed=true);
+  discrete Real a(start=0, fixed=true), b(start=0, fixed=true);
+equation
+  der(x) = a;
+  b = 2*a + time;
+  when sample(0.1, 0.1) then
+    a = 3*b + 1;
+  end when;
+  annotation(experiment(StopTime=0.5));
+end Loop;
+"""
+
+
+def compiled(text: str) -> Compiled:
+    return compile_model(Request(None, None, text=text))
+
+
+def of_example(name: str) -> Compiled:
+    return compile_model(Request(EXAMPLES / f"{name}.pmo"))
+
+
+class Count:
+    """How many events machine code was asked for, and how many of them it left to Python."""
+
+    asked = left = 0
+
+
+@contextmanager
+def counted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Count]:
+    count, react = Count(), Reactor.react
+
+    def told(self: Reactor, *given: Any) -> Reacted | None:
+        found = react(self, *given)
+        count.asked += 1
+        count.left += found is None
+        return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Reactor, "react", told)
+        yield count
+
+
+def both(model: Compiled, monkeypatch: pytest.MonkeyPatch) -> tuple[Result, Result, Count]:
+    """The run with machine code, that without, and what was asked of it."""
+    options = RunOptions(backend=Backend.NATIVE)
+    with counted(monkeypatch) as count:
+        native = simulate(model.program, model.load(), options)
+        asked = count.asked
+        python = simulate(model.program, load(model.program, model.code), options)
+        assert count.asked == asked, "Python asks for nothing"
+    return native, python, count
+
+
+def equal(one: Result, two: Result) -> bool:
+    return (
+        one.events == two.events
+        and np.array_equal(one.time, two.time)
+        and np.array_equal(one.data, two.data, equal_nan=True)
+    )
+
+
+@pytest.mark.parametrize("text", [BALL, SAMPLED, FRICTION, DELAYED])
+def test_the_same_numbers(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    native, python, count = both(compiled(text), monkeypatch)
+    assert len(native.events) > 3 or count.asked > 3
+    assert count.left == 0
+    assert equal(native, python)
+
+
+@pytest.mark.parametrize("name", ["cam_lift_off", "geneva_drive", "escapement"])
+def test_the_same_touches(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One closes at a time: the order of additions is the same, and so are all digits."""
+    native, python, count = both(of_example(name), monkeypatch)
+    assert len(native.events) > 10
+    assert count.left == 0
+    assert equal(native, python)
+
+
+def test_many_touches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers are added in another order where many close at once: what a run tells is the same."""
+    native, python, count = both(of_example("gripper"), monkeypatch)
+    assert count.left == 0
+    assert [e.causes for e in native.events] == [e.causes for e in python.events]
+    assert np.allclose(native.time, python.time, rtol=0, atol=1e-9)
+    moved = np.ptp(python.data, axis=0)
+    far = np.abs(native.data - python.data).max(axis=0)
+    assert (far <= 1e-6 * moved + 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("action", "code"),
+    [
+        ('assert(x < 0.2, "too far: " + String(x));', "R430"),
+        ('terminate("there");', None),
+        ("reinit(x, sqrt(-x));", None),
+    ],
+)
+def test_python_tells_what_ends_a_run(
+    action: str, code: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    native, python, count = both(compiled(ENDS.format(action=action)), monkeypatch)
+    assert count.left == 1
+    assert native.ended is not None
+    assert native.ended == python.ended
+    if code is not None:
+        assert native.ended.code == code
+    assert equal(native, python)
+
+
+def test_python_tells_what_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    action = 'assert(x < 0.2, "far", AssertionLevel.warning);'
+    native, python, count = both(compiled(ENDS.format(action=action)), monkeypatch)
+    assert count.left == 1
+    assert [w.message for w in native.warnings] == [w.message for w in python.warnings]
+    assert any("far" in w.message for w in native.warnings)
+
+
+def test_python_closes_loops_of_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    native, python, count = both(compiled(LOOP), monkeypatch)
+    assert count.left >= 4
+    assert equal(native, python)
+
+
+def test_where_nothing_switches_there_is_no_code() -> None:
+    assert texts_of(of_example("four_bar").program) is None
+    assert texts_of(of_example("geneva_drive").program) is not None
+
+
+def test_equal_texts_for_equal_models() -> None:
+    one, two = (texts_of(of_example("dominoes").program) for _ in range(2))
+    assert one is not None and two is not None
+    assert (one.kind, one.own, one.shared()) == (two.kind, two.own, two.shared())
