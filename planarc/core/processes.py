@@ -20,9 +20,11 @@ import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
+from functools import cached_property
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import active_count
 from time import monotonic
 from typing import Generic, TypeVar
 
@@ -88,14 +90,19 @@ class Crew(Generic[Job, Result]):
     def __iter__(self) -> Iterator[tuple[Job, Result | Lost]]:
         try:
             while self.waiting:
-                self._hand_out()
+                self.begin()
                 yield from self._collect()
         finally:
-            for worker in (*self._busy, *self._idle):
-                self._dismiss(worker)
-            self._busy, self._idle = [], []
+            self.end()
 
-    def _hand_out(self) -> None:
+    def end(self) -> None:
+        """End all processes, whatever they do."""
+        for worker in (*self._busy, *self._idle):
+            self._dismiss(worker)
+        self._busy, self._idle = [], []
+
+    def begin(self) -> None:
+        """Begin as many jobs as there are workers."""
         while self._jobs and len(self._busy) < self._count:
             job = self._jobs.popleft()
             worker = self._idle.pop() if self._idle else self._hire(job)
@@ -145,6 +152,47 @@ class Crew(Generic[Job, Result]):
         worker.connection.close()
         worker.process.kill()
         worker.process.join()
+
+
+class Aside(Generic[Result]):
+    """`work` done meanwhile by a process of its own, where there is a core for it and nothing that
+    a fork would hurt; else here, when it is asked for.
+
+    with Aside(work) as aside: ...; aside.result()
+    """
+
+    def __init__(self, work: Callable[[], Result], limit: float = 60.0) -> None:
+        self._work = work
+        self._crew: Crew[None, Result | None] | None = None
+        if _FORKS and cores() > 1 and active_count() == 1:
+            self._crew = Crew(lambda _: _quietly(work), 1, limit)
+            self._crew.add([None])
+            self._crew.begin()
+
+    def result(self) -> Result:
+        """What it gives; where the process is lost, or `work` raised there, it is done again."""
+        return self._found
+
+    @cached_property
+    def _found(self) -> Result:
+        for _, found in self._crew or ():
+            if found is not None and not isinstance(found, Lost):
+                return found
+        return self._work()
+
+    def __enter__(self) -> Aside[Result]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._crew is not None:
+            self._crew.end()
+
+
+def _quietly(work: Callable[[], Result]) -> Result | None:
+    try:
+        return work()
+    except Exception:
+        return None
 
 
 def cores() -> int:

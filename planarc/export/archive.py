@@ -16,6 +16,9 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+from planarc.core.processes import cores
 
 _LOCAL, _CENTRAL, _END = b"PK\3\4", b"PK\1\2", b"PK\5\6"
 _VERSION, _UNIX = 20, 3 << 8
@@ -29,8 +32,10 @@ _COLLECTED = (4, 6)
 def write_archive(files: Mapping[str, bytes]) -> bytes:
     """The archive with these files."""
     out, directory = bytearray(), bytearray()
-    for name, data in files.items():
-        text, packed = name.encode(), _packed(data)
+    with ThreadPoolExecutor(cores()) as pool:  # zlib waits for nobody
+        all_packed = list(pool.map(_packed, files.values()))
+    for (name, data), packed in zip(files.items(), all_packed, strict=True):
+        text = name.encode()
         told = struct.pack("<HHHHHIIIHH", _VERSION, _UTF8, _DEFLATED, 0, _FIRST_DAY,
                            zlib.crc32(data), len(packed), len(data), len(text), 0)  # fmt: skip
         directory += _CENTRAL + struct.pack("<H", _VERSION | _UNIX) + told

@@ -27,6 +27,7 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
+from planarc.core.processes import Aside
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown
 from planarc.export.archive import write_archive
@@ -103,20 +104,28 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     identifier = _identifier(program.name)
     told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
                 COMPILED if wishes.source else (), not crowded)  # fmt: skip
-    if slopes is not None:
-        shown = with_dependencies(program, shown, slopes)
-    draft = describe(program, shown, told)
-    token = "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
-    key = "instantiationToken" if wishes.version == 3 else "guid"
-    text = draft.replace(f'{key}=""', f'{key}="{token}"', 1)
-    files = {"modelDescription.xml": text.encode(), **documents(compiled, shown)}
-    terminals = describe_terminals(program, shown)
-    if terminals and wishes.version == 3:
-        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
+
+    def described() -> tuple[str, dict[str, bytes]]:
+        """The description without its token, and what else is no code."""
+        known = shown if slopes is None else with_dependencies(program, shown, slopes)
+        more, terminals = documents(compiled, known), describe_terminals(program, known)
+        if terminals and wishes.version == 3:
+            more["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
+        return describe(program, known, told), more
+
+    def token() -> str:
+        draft = beside.result()[0]
+        return "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
+
     # What people read is no list of numbers, nor what implicit steps ask for again and again.
     spelled = not (wishes.source or wishes.stiff)
-    written = write(program, image, entries, token, tolerance, slopes, spelled=spelled,
-                    apart=not wishes.source)  # fmt: skip
+    with Aside(described) as beside:
+        written = write(program, image, entries, token, tolerance, slopes, spelled=spelled,
+                        apart=not wishes.source)  # fmt: skip
+        draft, documented = beside.result()
+    key = "instantiationToken" if wishes.version == 3 else "guid"
+    text = draft.replace(f'{key}=""', f'{key}="{token()}"', 1)
+    files = {"modelDescription.xml": text.encode(), **documented}
     modules = written.texts
     if written.stored:
         files[f"resources/{FILE}"] = written.stored

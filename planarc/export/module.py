@@ -16,6 +16,7 @@ through a loader.
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -174,19 +175,21 @@ def write_texts(
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
     """The modules as texts that hold all."""
-    return write(program, image, entries, token, tolerance, slopes, derivatives, spelled).texts
+    return write(
+        program, image, entries, lambda: token, tolerance, slopes, derivatives, spelled
+    ).texts
 
 
 def write(
-    program: Program, image: Image, entries: Entries, token: str, tolerance: float,
+    program: Program, image: Image, entries: Entries, token: Callable[[], str], tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
     apart: bool = False,
 ) -> Written:  # fmt: skip
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged. `spelled`: large models carry out what runs seldom (`spelled`);
-    `apart`: many numbers may stand in a file."""
+    while something is dragged. The `token` is asked for late. `spelled`: large models carry out
+    what runs seldom (`spelled`); `apart`: many numbers may stand in a file."""
     rows = Rows(Own.ROWS)
     carrier, of_values = None, _NO_SLOPES
     if slopes is not None:
@@ -237,7 +240,7 @@ def _solver(program: Program) -> str:
 
 
 def _own(
-    program: Program, image: Image, entries: Entries, token: str, tolerance: float,
+    program: Program, image: Image, entries: Entries, token: Callable[[], str], tolerance: float,
     slopes: Slopes | None, rows: Rows, small: bool, carrier: Carrier | None,
     apart: bool,
 ) -> tuple[str, bytes]:  # fmt: skip
@@ -267,7 +270,7 @@ def _own(
     ends, values = templates(program, entries.as_shown)
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
-    seal = int.from_bytes(sha256(token.encode()).digest()[:7])
+    seal = int.from_bytes(sha256(token().encode()).digest()[:7])
     told, stored, plan = messages_by_number(ends, apart), b"", planned()
     words, packed = image_words(program, image, plan, tolerance, constants), pack(unpacked)
     if apart and len(zlib.compress(stored_bytes([*words, *packed]))) > _MANY:
@@ -282,7 +285,7 @@ def _own(
     else:
         numbers = table("px_image", words) + table("px_packed", packed)
     name = program.name.encode("ascii", "replace").decode()
-    texts = [("token", token), ("name", name)]
+    texts = [("token", token()), ("name", name)]
     own = "\n".join(
         (
             functions,

@@ -16,9 +16,9 @@ Promises:  the same texts give the same bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ from planarc.codegen.native.assembly import SELDOM
 from planarc.codegen.native.machine import emit_object
 from planarc.core import cache as store
 from planarc.core.data import Data
+from planarc.core.processes import Aside
 from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import SHARED, write_texts
 from planarc.export.parted import names_in, part
@@ -113,9 +114,9 @@ def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
     return compile_all(texts, (triple,))[triple]
 
 
-def compile_all(texts: Sequence[str], triples: Iterable[str]) -> dict[str, tuple[bytes, ...]]:
+def compile_all(texts: Sequence[str], triples: Collection[str]) -> dict[str, tuple[bytes, ...]]:
     """Their objects for several systems; those of shared texts are kept. The model's own are made
-    once for those that call alike inside."""
+    once for those that call alike inside; systems that share nothing are made beside the others."""
     shared, others = texts[:SHARED], texts[SHARED:]
     numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
     called = {n for text in texts[1:] for n in calls_in(text)}
@@ -144,7 +145,16 @@ def compile_all(texts: Sequence[str], triples: Iterable[str]) -> dict[str, tuple
         if inside:
             yield _compiled(ways(map(read_object, made)), triple)
 
-    return {triple: tuple(all_of(triple)) for triple in triples}
+    def made(some: Iterable[str]) -> dict[str, tuple[bytes, ...]]:
+        return {triple: tuple(all_of(triple)) for triple in some}
+
+    together = [t for t in triples if SYSTEMS[t].inside or t in shared_by]
+    alone = [t for t in triples if t not in together]
+    if not together or not alone:
+        return made(triples)
+    with Aside(partial(made, alone)) as aside:
+        found = made(together)
+        return found | aside.result()
 
 
 def _kept(text: str, triple: str, called: Set[str]) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import select
 import signal
@@ -11,7 +12,8 @@ from collections.abc import Callable
 
 import pytest
 
-from planarc.core.processes import Crew, Lost
+from planarc.core import processes
+from planarc.core.processes import Aside, Crew, Lost
 
 FORKED = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the processes are no copies of this one"
@@ -98,3 +100,58 @@ def test_what_a_process_begins_with_does_not_count() -> None:
         working: Crew[int, bool] = Crew(work, 1, limit=60.0, memory=2**28)
         working.add([2**27, 2**29])
         assert dict(working) == {2**27: True, 2**29: False}
+
+
+@FORKED
+@pytest.mark.parametrize(
+    ("cores", "threads", "beside"), [(2, 1, True), (1, 1, False), (2, 3, False)]
+)
+def test_work_aside(
+    cores: int, threads: int, beside: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "cores", lambda: cores)
+    monkeypatch.setattr(processes, "active_count", lambda: threads)
+    with Aside(os.getpid) as aside:
+        assert (aside.result() != os.getpid()) == beside
+
+
+@FORKED
+def test_work_that_fails_aside_is_done_again(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(processes, "cores", lambda: 2)
+    monkeypatch.setattr(processes, "active_count", lambda: 1)
+    here = os.getpid()
+
+    def raises() -> int:
+        if os.getpid() != here:
+            raise ValueError
+        return 1
+
+    def dies() -> int:
+        if os.getpid() != here:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return 2
+
+    def fails() -> int:
+        raise ZeroDivisionError
+
+    for work, found in ((raises, 1), (dies, 2)):
+        with Aside(work) as aside:
+            assert aside.result() == found
+    with Aside(fails) as aside, pytest.raises(ZeroDivisionError):
+        aside.result()
+    assert capfd.readouterr().err == ""
+
+
+@FORKED
+def test_nothing_is_left_of_work_that_nobody_asks_for(
+    monkeypatch: pytest.MonkeyPatch, hang: Callable[[], None]
+) -> None:
+    monkeypatch.setattr(processes, "cores", lambda: 2)
+    monkeypatch.setattr(processes, "active_count", lambda: 1)
+    before = set(multiprocessing.active_children())
+    with pytest.raises(KeyboardInterrupt), Aside(hang):
+        assert set(multiprocessing.active_children()) != before
+        raise KeyboardInterrupt
+    assert set(multiprocessing.active_children()) == before

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from functools import cache
 from types import ModuleType
 
@@ -13,6 +15,7 @@ from planarc.codegen.native.machine import emit_object
 from planarc.codegen.native.runtime import runtime_text
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
+from planarc.core import processes
 from planarc.export import objects
 from planarc.export.fmi import three, two
 from planarc.export.fmu import make_fmu
@@ -36,8 +39,29 @@ def test_systems_that_call_alike_share_objects(monkeypatch: pytest.MonkeyPatch) 
         return emit_object(text, machine, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(objects, "emit_object", counted)
+    monkeypatch.setattr(processes, "cores", lambda: 1)  # another one counts for itself
     make_fmu(compiled("pendulum"), Wishes())
     assert sorted(made) == ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="nothing is made beside there")
+def test_what_a_process_makes_beside_this_one_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = os.getpid()
+    made: list[int] = []
+
+    def counted(text: str, machine: llvm.TargetMachine, *more: object) -> bytes:
+        made.append(os.getpid())
+        return emit_object(text, machine, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(objects, "emit_object", counted)
+    monkeypatch.setattr(processes, "cores", lambda: 1)
+    alone = make_fmu(compiled("pendulum"), Wishes()).data
+    count = len(made)
+    monkeypatch.setattr(processes, "cores", lambda: 2)
+    monkeypatch.setattr(processes, "active_count", lambda: 1)
+    assert make_fmu(compiled("pendulum"), Wishes()).data == alone
+    assert set(made) == {here}
+    assert len(made) < 2 * count, "the other process has made some"
 
 
 @pytest.mark.parametrize("version", (two, three))

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
 from planarc.instance.reaction import texts_of
 from planarc.instance.reactor import Reactor
@@ -222,3 +225,90 @@ def test_equal_texts_for_equal_models() -> None:
     one, two = (texts_of(of_example("dominoes").program) for _ in range(2))
     assert one is not None and two is not None
     assert (one.kind, one.own, one.shared()) == (two.kind, two.own, two.shared())
+
+
+@st.composite
+def switching(draw: st.DrawFn) -> str:
+    """A model that switches at random: limits, hysteresis, clocks, jumps, friction."""
+    number = st.integers(-20, 20).map(lambda n: n / 10)
+    positive = st.integers(1, 15).map(lambda n: n / 10)
+    level = draw(number)
+    laws = draw(
+        st.lists(
+            st.sampled_from(
+                [
+                    "b1 = x > {0} or (pre(b1) and x > {0} - {1});",
+                    "b1 = x*y < {0};",
+                    "b1 = sin({1}*time) > {0};",
+                    "b1 = time > {1} and y < {0};",
+                ]
+            ),
+            min_size=1,
+            max_size=1,
+        )
+    )
+    clauses = draw(
+        st.lists(
+            st.sampled_from(
+                [
+                    "when b1 then n = pre(n) + 1; reinit(x, pre(x) - {0}); end when;",
+                    "when not b1 then n = pre(n) + 1; end when;",
+                    "when {{b1, sample({1}, {1})}} then n = pre(n) + 1; reinit(y, {0}); end when;",
+                    "when sample(0, {1}) then n = pre(n) + (if x > y then 2 else 1); end when;",
+                    "when x > y then n = pre(n) + 1; elsewhen x < y - {1} then n = 0; end when;",
+                ]
+            ),
+            min_size=1,
+            max_size=1,
+        )
+    )
+    others = draw(
+        st.lists(
+            st.sampled_from(
+                [
+                    "when sample({1}, {1}/2) then u = pre(u)/2 + x; end when;",
+                    "when change(b1) then u = x; end when;",
+                    "when {{b1, y > {0}}} then u = if b1 then {0} else pre(u) + y; end when;",
+                ]
+            ),
+            min_size=1,
+            max_size=1,
+        )
+    )
+    force = draw(
+        st.sampled_from(
+            [
+                "f = if x > {0} then -{1}*(x - {0}) else 0;",
+                "f = {1}*sign(u - y) + max(x, {0});",
+                "f = min(max(u - x, -{1}), {1}) + floor({1}*time)*{0};",
+                "f = smooth(0, abs(x - {0}))*(if b1 then -1 else 1);",
+            ]
+        )
+    )
+    body = "\n  ".join(
+        text.format(draw(number), draw(positive)) for text in (*laws, *clauses, *others, force)
+    )
+    return f"""
+model Switching
+  Real x(start={draw(number)}, fixed=true), y(start={level}, fixed=true), f;
+  Boolean b1(start=false);
+  discrete Integer n(start=0, fixed=true);
+  discrete Real u(start=0, fixed=true);
+equation
+  der(x) = y;
+  der(y) = f - x - {draw(positive)}*y + cos(3*time);
+  {body}
+  annotation(experiment(StopTime=3));
+end Switching;
+"""
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@given(text=switching())
+def test_whatever_switches(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    try:
+        native, python, _ = both(compiled(text), monkeypatch)
+    except PlanarcError:
+        return  # no start, as either would say
+    assert native.ended == python.ended
+    assert equal(native, python)
