@@ -31,6 +31,8 @@ _ROWS, _STEPS = 50, 5
 _SHOWING, _PLENTY = 3.0, 20.0
 #: The part of a way that the speeds at its ends may leave open.
 _OPEN = 0.35
+#: What moves by less, as a part of where it is, rests: what is left of its speed is rounding.
+_RESTS = 1e-12
 
 
 def judge_sparse(result: Result) -> Iterator[Diagnostic]:
@@ -52,7 +54,8 @@ def judge_sparse(result: Result) -> Iterator[Diagnostic]:
         way, expected = np.diff(q)[there], (0.5 * (v[1:] + v[:-1]))[there] * h
         size = float(np.sqrt(np.mean(v**2)))
         missed = float(np.sqrt(np.mean((way - expected) ** 2)))
-        if size > 0 and a.any() and missed > _OPEN * size * float(h.mean()):
+        moves = float(np.ptp(q)) > _RESTS * max(1.0, float(np.abs(q).max()))
+        if moves and size > 0 and a.any() and missed > _OPEN * size * float(h.mean()):
             period = 2 * math.pi * size / float(np.sqrt(np.mean(a**2)))
             found.append((period, name))
     if not found:

@@ -77,7 +77,7 @@ def test_what_has_no_acceleration_in_any_row_has_no_period() -> None:
 
 
 def test_what_drifts_by_rounding_alone_swings_in_no_time() -> None:
-    """The last domino has a speed of 1e-18 m/s in the rows, and no acceleration."""
+    """The last domino has a speed of 1e-18 m/s in the rows, and hardly an acceleration."""
     model = planarc.load(Path(__file__).parents[2] / "examples" / "dominoes.pmo")
     run = model.simulate(0.3, intervals=100, tolerance=1e-12)
     assert not [w for w in run.warnings if w.code == "R456"]
