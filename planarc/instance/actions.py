@@ -204,21 +204,25 @@ def _assign(program: Program) -> str:
     with c.loop(count) as i:
         w.store(w.load(REAL, discrete(m, i, 1)), discrete(m, i, 0))
     chosen = m.load(POINTER, Own.BRANCHES)
-    own = own_slots(program)
+    own, setters = own_slots(program), _setters(program)
     for slot, pre in ((d.slot, d.pre) for d in discretes[count:] if d.slot in own):
         kept = Value(c, "i1", "true")
-        for k, when in enumerate(program.whens):
-            for branch, (*_, found) in enumerate(when.branches, 1):
-                if slot in _set_in(program, found):
-                    kept = kept & ~chosen.load(INT, k).equals(branch)
+        for k, branch in setters[slot]:
+            kept = kept & ~chosen.load(INT, k).equals(branch)
         with c.when(kept):
             w.store(w.load(REAL, pre), slot)
     c.give(0)
     return c.text(SELDOM)
 
 
-def _set_in(program: Program, found: Sequence[Action]) -> set[int]:
-    return {program.slots[a.name] for a in found if isinstance(a, SetDiscrete)}
+def _setters(program: Program) -> dict[int, list[tuple[int, int]]]:
+    """Of each variable the branches that set it, as numbers of clauses and branches."""
+    found: dict[int, list[tuple[int, int]]] = {}
+    for k, when in enumerate(program.whens):
+        for branch, (*_, actions) in enumerate(when.branches, 1):
+            for slot in {program.slots[a.name] for a in actions if isinstance(a, SetDiscrete)}:
+                found.setdefault(slot, []).append((k, branch))
+    return found
 
 
 def _act(program: Program, asks: bool) -> str:

@@ -16,7 +16,7 @@ from functools import partial
 from planarc.codegen.native.assembly import table
 from planarc.codegen.native.formulas import declarations
 from planarc.codegen.native.machine import Events
-from planarc.instance.actions import action_functions
+from planarc.instance.actions import action_functions, actions
 from planarc.instance.block import copy_functions
 from planarc.instance.contact.functions import contact_functions
 from planarc.instance.events import reaction_functions
@@ -61,10 +61,15 @@ declare double @pc_external(i64, i64, i64, ptr)
 """
 
 
+#: An array that is set at an index that varies is as many actions as it has elements.
+MOST_ACTIONS = 400
+
+
 def texts_of(program: Program) -> Events | None:
-    """The texts; None where nothing switches, and of crowds, which steps of one length follow."""
+    """The texts; None where nothing switches, where clauses have so many actions that code for them
+    does not pay, and of crowds, which steps of one length follow."""
     found = program.relations or program.samplers or program.whens or program.discretes
-    if not found or crowd_names(program):
+    if not found or crowd_names(program) or len(actions(program)) > MOST_ACTIONS:
         return None
     touches = has_touches(program)
     kind = "touches" if touches else "relations"
