@@ -312,3 +312,23 @@ def test_whatever_switches(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
         return  # no start, as either would say
     assert native.ended == python.ended
     assert equal(native, python)
+
+
+def test_python_does_very_many_actions() -> None:
+    """An array that is set at an index that varies is as many actions as it has elements."""
+    text = """
+model Buffer
+  discrete Real x[1000](each start=0, each fixed=true);
+  discrete Integer k(start=1, fixed=true);
+algorithm
+  when sample(0, 0.1) then
+    x[k] := time;
+    k := pre(k) + 1;
+  end when;
+  annotation(experiment(StopTime=1));
+end Buffer;
+"""
+    model = compiled(text)
+    assert texts_of(model.program) is None
+    run = simulate(model.program, model.load(), RunOptions())
+    assert np.allclose(run.data[-1, run.stored[model.program.slots["x[3]"]]], 0.2)
