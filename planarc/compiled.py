@@ -17,13 +17,13 @@ from planarc.remembered import Remembered, recall_slopes, remember_slopes
 from planarc.stages import to_code, to_lead, to_slopes
 
 if TYPE_CHECKING:
-    from collections.abc import MutableSequence
+    from collections.abc import Callable, MutableSequence
 
     from planarc.core.clock import Clock
     from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
     from planarc.ir.flat import FlatModel
-    from planarc.ir.kernel import Kernel
+    from planarc.ir.kernel import Kernel, Reactions
     from planarc.ir.program import Program
 
 
@@ -64,12 +64,11 @@ class Compiled(Data):
 
     def load(self) -> Kernel:
         """A kernel with a workspace of its own."""
-        from planarc.instance.reactor import Reactor
         from planarc.solve.kernels import load
 
         lead = self.lead
         way = None if lead is None else lambda: (lead.program, lead.load())
-        return load(self.program, self.code, self.slopes, way, Reactor)
+        return load(self.program, self.code, self.slopes, way, _reactor)
 
     def parameters(self) -> MutableSequence[float]:
         """A workspace with the values of parameters."""
@@ -91,6 +90,13 @@ class Compiled(Data):
             known = made.encode() if isinstance(made, str) else made
             remember_slopes(self.program, self.code, scope, known)
         return (known if self.backend is Backend.NATIVE else known.decode()) or None
+
+
+def _reactor(program: Program, frame: Any, call: Callable[..., int]) -> Reactions:
+    """What iterates a kernel's events in machine code."""
+    from planarc.instance.reactor import Reactor
+
+    return Reactor(program, frame, call)
 
 
 def find_lead(

@@ -309,6 +309,9 @@ def to_code(program: Program, backend: Backend, clock: Clock | None = None) -> s
 
                 return kernel_source(program)
             from planarc.codegen.native.machine import compile_object
+
+            if not program.switches:
+                return compile_object(program)
             from planarc.instance.reaction import texts_of
 
             return compile_object(program, texts_of(program))

@@ -50,16 +50,10 @@ from planarc.export.tables import (
     text_words,
 )
 from planarc.export.tunable import tunable_parameters
-from planarc.instance.actions import (
-    action_functions,
-    carry_values,
-    endings,
-    errors,
-    ordered_discretes,
-    reader,
-)
+from planarc.instance.actions import action_functions, carry_values, endings, errors, reader
 from planarc.instance.advance import advance_functions
 from planarc.instance.block import block_functions
+from planarc.instance.clauses import ordered_discretes
 from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.contact.functions import contact_functions
 from planarc.instance.crowd import layout as crowd

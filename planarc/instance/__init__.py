@@ -2,7 +2,8 @@
 events, other states. All of it runs inside an exported model, the iteration of events in any run.
 
 plan        the memory of one instance, and what its code must know of the model
-actions     what the model does at events
+clauses     what clauses do, in order, and what they set
+actions     the same as code
 touches     what its rigid contacts read and set
 block       the memory of an instance: made, saved, read, set
 start       start values that fit together, from the assembly found at export

@@ -28,6 +28,7 @@ from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.codegen.native.rolling import SHORTEST_SELDOM
 from planarc.codegen.native.spelled import is_spelled
+from planarc.instance.clauses import actions, keeps, ordered_discretes
 from planarc.instance.plan import Own, crowd_names
 from planarc.instance.settling import ACTED, discrete
 from planarc.ir.dae import (
@@ -41,7 +42,7 @@ from planarc.ir.dae import (
 )
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
-from planarc.ir.program import DiscreteSlot, Let, Program
+from planarc.ir.program import Let, Program
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
 
@@ -56,31 +57,11 @@ def endings(program: Program) -> list[Action]:
     return [*errors(program), *(a for a in actions(program) if _ends(a))]
 
 
-def actions(program: Program) -> list[Action]:
-    return [a for when in program.whens for *_, found in when.branches for a in found]
-
-
 def _ends(action: Action) -> bool:
     """Whether it may end a run."""
     if isinstance(action, Assertion):
         return not action.warning
-    return isinstance(action, Terminate | SetDiscrete | Reinit) and not _keeps(action)
-
-
-def _keeps(action: Action) -> bool:
-    """Whether it sets a variable to its left limit, as clauses do for what impacts set."""
-    if not isinstance(action, SetDiscrete):
-        return False
-    return action.value.op is Op.PRE and action.value.data == action.name
-
-
-def ordered_discretes(program: Program) -> tuple[tuple[DiscreteSlot, ...], int]:
-    """The discrete variables, first those (so many) that no clause sets to anything else than
-    their left limits."""
-    changed = {a.name for a in actions(program) if isinstance(a, SetDiscrete) and not _keeps(a)}
-    own = own_slots(program)
-    kept = tuple(d for d in program.discretes if d.slot in own and d.name not in changed)
-    return kept + tuple(d for d in program.discretes if d not in kept), len(kept)
+    return isinstance(action, Terminate | SetDiscrete | Reinit) and not keeps(action)
 
 
 def numbers(program: Program) -> dict[int, int]:
@@ -219,8 +200,8 @@ def _setters(program: Program) -> dict[int, list[tuple[int, int]]]:
     """Of each variable the branches that set it, as numbers of clauses and branches."""
     found: dict[int, list[tuple[int, int]]] = {}
     for k, when in enumerate(program.whens):
-        for branch, (*_, actions) in enumerate(when.branches, 1):
-            for slot in {program.slots[a.name] for a in actions if isinstance(a, SetDiscrete)}:
+        for branch, (*_, done) in enumerate(when.branches, 1):
+            for slot in {program.slots[a.name] for a in done if isinstance(a, SetDiscrete)}:
                 found.setdefault(slot, []).append((k, branch))
     return found
 

@@ -401,8 +401,7 @@ def rules(
 
 def is_eventful(program: Program) -> bool:
     """Whether anything happens at instants behind the start."""
-    found = program.relations or program.samplers or program.whens or program.discretes
-    return bool(found or program.delays) or program.table.knows(TERMINAL)
+    return program.switches or bool(program.delays) or program.table.knows(TERMINAL)
 
 
 def crowd_names(program: Program) -> tuple[str, ...]:

@@ -16,10 +16,9 @@ from functools import partial
 from planarc.codegen.native.assembly import table
 from planarc.codegen.native.formulas import declarations
 from planarc.codegen.native.machine import Events
-from planarc.instance.actions import action_functions, actions
+from planarc.instance.actions import action_functions
 from planarc.instance.block import copy_functions
-from planarc.instance.contact.functions import contact_functions
-from planarc.instance.events import reaction_functions
+from planarc.instance.clauses import actions
 from planarc.instance.plan import Table, crowd_names
 from planarc.instance.relations import zero_functions
 from planarc.instance.settling import settling_functions
@@ -59,8 +58,6 @@ _PAST = """
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
-
-
 #: An array that is set at an index that varies is as many actions as it has elements.
 MOST_ACTIONS = 400
 
@@ -68,16 +65,19 @@ MOST_ACTIONS = 400
 def texts_of(program: Program) -> Events | None:
     """The texts; None where nothing switches, where clauses have so many actions that code for them
     does not pay, and of crowds, which steps of one length follow."""
-    found = program.relations or program.samplers or program.whens or program.discretes
-    if not found or crowd_names(program) or len(actions(program)) > MOST_ACTIONS:
+    many = len(actions(program)) > MOST_ACTIONS
+    if many or not program.switches or crowd_names(program):
         return None
-    touches = has_touches(program)
+    touches = bool(Points(program).all)
     kind = "touches" if touches else "relations"
     return Events(kind, partial(shared_text, touches), own_text(program))
 
 
 def shared_text(touches: bool) -> str:
     """The functions that models share."""
+    from planarc.instance.contact.functions import contact_functions
+    from planarc.instance.events import reaction_functions
+
     functions = (
         *copy_functions(),
         *zero_functions(),
@@ -88,13 +88,9 @@ def shared_text(touches: bool) -> str:
     return "\n".join((_KERNEL, _MODEL, *functions))
 
 
-def has_touches(program: Program) -> bool:
-    return bool(Points(program).all)
-
-
 def own_text(program: Program) -> str:
     """Those of a model, and its tables."""
-    touching = Points(program).components
+    points = Points(program)
     numbers = dict.fromkeys(Table, 0) | {
         Table.STATES: program.state_count,
         Table.SIZE: program.size,
@@ -102,20 +98,20 @@ def own_text(program: Program) -> str:
         Table.DISCRETES: len(program.discretes),
         Table.SAMPLES: len(program.samplers),
         Table.QUIET: len(unknowns(program)),
-        Table.TOUCHES: len(Points(program).all),
+        Table.TOUCHES: len(points.all),
         Table.JAMS: 1,
     }
     relations = [
         n
         for r in program.relations
-        for n in (r.slot, int(r.strict), int(r.time_only), 0, int(r.component in touching))
+        for n in (r.slot, int(r.strict), int(r.time_only), 0, int(r.component in points.components))
     ]
     return "\n".join(
         (
             declarations(),
             _PAST,
             action_functions(program, asks=True),
-            touch_functions(program) if has_touches(program) else "",
+            touch_functions(program) if points.all else "",
             table("px_plan", numbers.values()),
             table("px_relations", relations),
         )

@@ -65,7 +65,7 @@ class Reactor:
     """The memory of one kernel, whose frame is `frame`; `call` is the function."""
 
     def __init__(self, program: Program, frame: Vector, call: Callable[[Any, int], int]) -> None:
-        from planarc.instance.actions import ordered_discretes
+        from planarc.instance.clauses import ordered_discretes
 
         words, homes, touches, discretes = _homes(program)
         self._program, self._frame, self._n = program, frame, touches

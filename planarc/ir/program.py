@@ -353,6 +353,11 @@ class Program(Data):
     def state_count(self) -> int:
         return sum(b.free for b in self.blocks if b.height)
 
+    @property
+    def switches(self) -> bool:
+        """Whether anything happens at instants, but for what returns from a delay."""
+        return bool(self.relations or self.samplers or self.whens or self.discretes)
+
 
 def whole_name(name: str) -> str:
     """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""

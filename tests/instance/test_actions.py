@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from planarc.compiler import compile_model
-from planarc.instance.actions import endings, ordered_discretes
+from planarc.instance.actions import endings
+from planarc.instance.clauses import ordered_discretes
 from planarc.ir.dae import SetDiscrete
 from planarc.request.request import Request
 from tests.export.fmus import EXAMPLES

@@ -11,20 +11,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.instance.block import whole
-from planarc.instance.contact.area import (
-    LOGGED,
-    STRIKES,
-    Area,
-    Kept,
-    Reads,
-    Seen,
-    arrays,
-    kept,
-    seen,
-    slot,
-    touches,
-    zero,
-)
+from planarc.instance.contact.access import arrays, kept, seen, slot, touches, zero
+from planarc.instance.contact.area import LOGGED, STRIKES, Area, Kept, Reads, Seen
 from planarc.instance.contact.touches import before_of, read_of
 from planarc.instance.plan import Touch
 from planarc.ir.frame import Frame

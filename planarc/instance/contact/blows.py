@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.instance.block import larger, whole
-from planarc.instance.contact.area import Area, Reads, arrays, slot, zero
+from planarc.instance.contact.access import arrays, slot, zero
+from planarc.instance.contact.area import Area, Reads
 from planarc.instance.contact.cases import FREE, copy, fill
 from planarc.instance.contact.touches import read_of
 from planarc.instance.plan import Touch

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.instance.block import larger, whole
-from planarc.instance.contact.area import Area, arrays, zero
+from planarc.instance.contact.access import arrays, zero
+from planarc.instance.contact.area import Area
 from planarc.solve.contact.problem import ALIKE, IDLE, ROUNDING, STICKS
 
 #: The way of a touch that may stick or slide: its slip is zero.

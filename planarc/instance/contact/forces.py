@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.instance.block import larger, whole
-from planarc.instance.contact.area import Area, arrays, zero
+from planarc.instance.contact.access import arrays, zero
+from planarc.instance.contact.area import Area
 from planarc.instance.contact.cases import FREE, copy, largest_of, word_of
 from planarc.solve.contact.problem import (
     ATTEMPTS,

@@ -12,18 +12,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.instance.block import larger, plan, whole
-from planarc.instance.contact.area import (
-    Area,
-    Kept,
-    Reads,
-    Seen,
-    arrays,
-    kept,
-    seen,
-    slot,
-    touches,
-    zero,
-)
+from planarc.instance.contact.access import arrays, kept, seen, slot, touches, zero
+from planarc.instance.contact.area import Area, Kept, Reads, Seen
 from planarc.instance.contact.asked import asked_functions
 from planarc.instance.contact.cases import FREE, copy, fill, largest_of, slides
 from planarc.instance.contact.touches import before_of, put

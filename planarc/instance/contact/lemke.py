@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
 from planarc.instance.block import larger, whole
-from planarc.instance.contact.area import Area, arrays, zero
+from planarc.instance.contact.access import arrays, zero
+from planarc.instance.contact.area import Area
 from planarc.instance.contact.cases import FREE, fill, largest_of, slides
 from planarc.solve.contact.lemke import LEAST, MOST_PIVOTS
 from planarc.solve.contact.problem import IDLE, STICKS

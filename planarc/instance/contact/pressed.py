@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.instance.block import larger
-from planarc.instance.contact.area import Area, Seen, arrays, seen, slot, zero
+from planarc.instance.contact.access import arrays, seen, slot, zero
+from planarc.instance.contact.area import Area, Seen
 from planarc.instance.contact.cases import copy, fill, largest_of
 from planarc.instance.plan import Touch
 from planarc.instance.relations import attempt

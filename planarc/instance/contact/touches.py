@@ -14,18 +14,8 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.instance.block import larger, plan, whole
-from planarc.instance.contact.area import (
-    Area,
-    Kept,
-    Reads,
-    Seen,
-    arrays,
-    kept,
-    seen,
-    slot,
-    touches,
-    zero,
-)
+from planarc.instance.contact.access import arrays, kept, seen, slot, touches, zero
+from planarc.instance.contact.area import Area, Kept, Reads, Seen
 from planarc.instance.contact.cases import copy, fill, largest_of
 from planarc.instance.plan import Own, Table, Touch
 from planarc.instance.relations import attempt

@@ -51,9 +51,7 @@ class Events:
 
     def __init__(self, program: Program, kernel: Kernel, request: Request, rescue: Rescue) -> None:
         self.program, self.kernel, self._rescue = program, kernel, rescue
-        self.present = bool(
-            program.relations or program.samplers or program.whens or program.discretes
-        )
+        self.present = program.switches
         self.crossings = Crossings(program, kernel, request.span)
         self._request = request
         # What is wrong with an impact is told before the start.

@@ -1,0 +1,28 @@
+"""What clauses of a model do, in order, and the variables that they set."""
+
+from __future__ import annotations
+
+from planarc.ir.dae import Action, SetDiscrete
+from planarc.ir.expr import Op
+from planarc.ir.program import DiscreteSlot, Program
+from planarc.solve.events.whens import own_slots
+
+
+def actions(program: Program) -> list[Action]:
+    return [a for when in program.whens for *_, found in when.branches for a in found]
+
+
+def keeps(action: Action) -> bool:
+    """Whether it sets a variable to its left limit, as clauses do for what impacts set."""
+    if not isinstance(action, SetDiscrete):
+        return False
+    return action.value.op is Op.PRE and action.value.data == action.name
+
+
+def ordered_discretes(program: Program) -> tuple[tuple[DiscreteSlot, ...], int]:
+    """The discrete variables, first those (so many) that no clause sets to anything else than
+    their left limits."""
+    changed = {a.name for a in actions(program) if isinstance(a, SetDiscrete) and not keeps(a)}
+    own = own_slots(program)
+    kept = tuple(d for d in program.discretes if d.slot in own and d.name not in changed)
+    return kept + tuple(d for d in program.discretes if d not in kept), len(kept)
