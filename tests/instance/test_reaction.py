@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -332,3 +333,14 @@ end Buffer;
     assert texts_of(model.program) is None
     run = simulate(model.program, model.load(), RunOptions())
     assert np.allclose(run.data[-1, run.stored[model.program.slots["x[3]"]]], 0.2)
+
+
+def test_a_kernel_goes_with_its_last_owner() -> None:
+    """What iterates its events does not hold it: garbage is seldom collected."""
+    kernel = compiled(BALL).load()
+    reactions = kernel.capabilities.reactions
+    assert reactions is not None and reactions() is not None
+    del reactions
+    there = weakref.ref(kernel)
+    del kernel
+    assert there() is None

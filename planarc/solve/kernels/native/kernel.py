@@ -123,10 +123,7 @@ class NativeKernel(Derived):
         react = None if self._reactor is None else self._engine.react
         if self._reactor is None or react is None:
             return None
-
-        def call(memory: Any, ahead: int) -> int:
-            return react(memory, ahead) or self._check_all() or self._check_discrete()
-
+        call = _checked(react, self.w, self._results, self._discrete_slots)
         return self._reactor(self._program, self._frame, call)
 
     def _bind(self, engine: Engine) -> None:
@@ -360,10 +357,8 @@ class NativeKernel(Derived):
         return flag
 
     def discrete(self) -> int:
-        return self._call_discrete(float(self.w[0])) or self._check_discrete()
-
-    def _check_discrete(self) -> int:
-        return -1 if np.isnan(self.w[self._discrete_slots]).any() else 0
+        flag = self._call_discrete(float(self.w[0]))
+        return flag or (-1 if np.isnan(self.w[self._discrete_slots]).any() else 0)
 
     # Derivatives
 
@@ -412,5 +407,22 @@ class NativeKernel(Derived):
             self._accepted[self._tears(block)] = values
 
     def _check_all(self) -> int:
-        finite = np.isfinite(self.w.take(self._results))
-        return 0 if np.count_nonzero(finite) == finite.size else -1
+        return 0 if _are_finite(self.w, self._results) else -1
+
+
+def _are_finite(w: Vector, slots: Indices) -> bool:
+    finite = np.isfinite(w.take(slots))
+    return bool(np.count_nonzero(finite) == finite.size)
+
+
+def _checked(
+    react: Callable[..., int], w: Vector, results: Indices, discretes: Indices
+) -> Callable[[Any, int], int]:
+    """The call, and -1 where a value is no number. It does not hold the kernel, which holds it."""
+
+    def call(memory: Any, ahead: int) -> int:
+        flag = react(memory, ahead)
+        good = flag == 0 and _are_finite(w, results) and not np.isnan(w[discretes]).any()
+        return 0 if good else flag or -1
+
+    return call
