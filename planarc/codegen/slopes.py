@@ -33,7 +33,8 @@ Reference: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed., SIAM 200
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import cache
 
 from msgspec import Struct
 
@@ -41,7 +42,7 @@ from planarc.codegen.statements import Lister, Temporaries, is_trivial
 from planarc.core.data import Data
 from planarc.ir.calculus import Differentiator, partial
 from planarc.ir.derivatives import Group, Head, Scope
-from planarc.ir.expr import Expr, Exprs, Op, named, postorder, symbols, text
+from planarc.ir.expr import Expr, Exprs, Op, below, named, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
 
@@ -162,6 +163,7 @@ class _Deriver:
         self._pieces: list[_Piece] = []
         self._partials: dict[Expr, Differentiator] = {}
         self._numbers: dict[Expr, int] = {}  # nodes
+        self._slot: Callable[[Expr], int] = cache(lambda e: program.slots.get(text(e), -1))
 
     def derive(self) -> Slopes | None:
         program = self._program
@@ -179,10 +181,10 @@ class _Deriver:
         rows, runs = self._rows()
         found = [slope for row in rows for _, slope in row.terms]
         body, coefficients = self._listed(lets, found)
-        used = postorder((*coefficients, *(let.value for let in body)))
+        used = below((*coefficients, *(let.value for let in body)))
         if any(e.op is Op.APPLY and e.data[2] for e in used):
             return None
-        slots = tuple(self._slot(e) for e in self._numbers)
+        slots = tuple(map(self._slot, self._numbers))
         places = {slot: node for node, slot in enumerate(slots)}
         return Slopes(
             tuple(self._numbers),
@@ -194,9 +196,6 @@ class _Deriver:
             tuple((places[c.slot], places.get(c.derivative, -1)) for c in program.candidates),
             tuple(self._wanted_slots()),
         )
-
-    def _slot(self, e: Expr) -> int:
-        return self._program.slots.get(text(e), -1)
 
     # The statements as runs
 
@@ -301,7 +300,7 @@ class _Deriver:
 
     def _terms(self, let: Let) -> tuple[tuple[int, Expr], ...]:
         found = []
-        for s in sorted(s for s in postorder((let.value,)) if s in self._numbers):
+        for s in sorted(s for s in below((let.value,)) if s in self._numbers):
             if s not in self._partials:
                 self._partials[s] = partial(self._table, s)
             slope = self._partials[s](let.value)
@@ -315,16 +314,18 @@ class _Deriver:
         self, lets: dict[Expr, Let], slopes: Sequence[Expr]
     ) -> tuple[tuple[Let, ...], tuple[Expr, ...]]:
         """Shared parts, behind the temporaries that they need."""
-        count = sum(1 for e in self._table.all if e.op is Op.SYMBOL and e.name.startswith("$t"))
+        count = sum(1 for e in self._table.symbols() if e.name.startswith("$t"))
         lister = Lister(self._table, Temporaries(self._table, count), slopes)
         own: list[Let] = []
         written = tuple(lister.value(own, e) for e in slopes)
-        needed: dict[Expr, None] = {}
-        stack = [*(let.value for let in own), *written]
-        for value in stack:  # grows on the way
-            for s in symbols(value):
-                if s in lets and s not in needed and self._slot(s) < 0:
-                    needed[s] = None
-                    stack.append(lets[s].value)
-        before = [let for target, let in lets.items() if target in needed]
+        unstored = {target: let for target, let in lets.items() if self._slot(target) < 0}
+        reached = list(dict.fromkeys((*(let.value for let in own), *written)))
+        needed = set(reached)
+        for e in reached:  # grows on the way
+            more = (unstored[e].value,) if e in unstored else e.args
+            for a in more:
+                if a not in needed:
+                    needed.add(a)
+                    reached.append(a)
+        before = [let for target, let in unstored.items() if target in needed]
         return (*before, *own), written

@@ -37,6 +37,8 @@ class Differentiator:
         if not args:
             return self._leaf(e)
         d = list(map(self._memo.__getitem__, args))
+        if d.count(t.zero) == len(d):
+            return t.zero
         if op is _ADD:
             return t.add(*d)
         if op is _NEG:
@@ -46,7 +48,7 @@ class Differentiator:
             return t.add(*[t.mul(*args[:i], x, *args[i + 1 :]) for i, x in slopes])
         if op is Op.IF:
             return t.if_(args[0], d[1], d[2])
-        if op in _TRUTHS or all(x is t.zero for x in d):
+        if op in _TRUTHS:
             return t.zero  # a truth value is constant but for jumps
         pairs = zip(self._slopes(e), d, strict=True)
         return t.add(*(t.mul(s, x) for s, x in pairs if x is not t.zero))

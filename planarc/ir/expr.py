@@ -481,7 +481,18 @@ def fold(root: Expr, memo: dict[Expr, T], of: Callable[[Expr], T]) -> T:
 
 def symbols(*roots: Expr) -> list[Expr]:
     """The distinct symbols in the expressions, in the order of their first use."""
-    return [e for e in postorder(roots) if e.op is _SYMBOL]
+    seen: set[Expr] = set()
+    found: list[Expr] = []
+    todo = list(reversed(roots))
+    while todo:
+        e = todo.pop()
+        if e not in seen:
+            seen.add(e)
+            if e.args:
+                todo += e.args[::-1]
+            elif e.op is _SYMBOL:
+                found.append(e)
+    return found
 
 
 class Substitution:

@@ -143,6 +143,7 @@ def test_nodes_below_are_those_of_the_walk_in_order(one: Recipe, other: Recipe) 
     t = Exprs()
     roots = build(t, one), build(t, other), build(t, one)
     assert sorted(below(roots)) == sorted(postorder(roots))
+    assert symbols(*roots) == [e for e in postorder(roots) if e.is_symbol]
 
 
 @given(recipes)

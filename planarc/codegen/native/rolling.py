@@ -208,7 +208,15 @@ def _cost(listed: Sequence[Statement | Roll], weight: Mapping[Let, int]) -> floa
 
 def operations(let: Let) -> int:
     """About the instructions of a statement."""
-    return 1 + sum(len(e.args) for e in below((let.value,)))
+    found, todo = 1, [let.value]
+    seen = set(todo)
+    for e in todo:
+        found += len(e.args)
+        for a in e.args:
+            if a.args and a not in seen:
+                seen.add(a)
+                todo.append(a)
+    return found
 
 
 _Kinds: TypeAlias = "tuple[list[int], list[tuple[Expr, ...]]]"
@@ -237,11 +245,11 @@ def _rolled_in(
     until = [0, *accumulate(weights[i] for i in order)]
     statements = [statements[i] for i in order]
     kinds, leaves = [known[0][i] for i in order], [known[1][i] for i in order]
-    following = _following(kinds)
+    following, repeated = _following(kinds), dict[int, int]()
     out: list[Statement | Roll] = []
     i = 0
     while i < len(statements):
-        length, times = _longest_run(kinds, following, until, i)
+        length, times = _longest_run(kinds, following, until, repeated, i)
         if times:
             out.append(_rolled(statements, leaves, i, length, times))
             i += length * times
@@ -268,10 +276,15 @@ def _following(kinds: Sequence[int]) -> list[int]:
 
 
 def _longest_run(
-    kinds: Sequence[int], following: Sequence[int], until: Sequence[int], i: int
+    kinds: Sequence[int],
+    following: Sequence[int],
+    until: Sequence[int],
+    repeated: dict[int, int],
+    i: int,
 ) -> tuple[int, int]:
     """The group at `i` that saves most: its length, and how often it stands there; else 0. The
-    statements before a place weigh together what `until` says."""
+    statements before a place weigh together what `until` says. `repeated` remembers, of each
+    length, up to where statements equal those so far before them."""
     best, end = (0, 0), len(kinds)
     saved = LEAST - 1
     at = following[i]
@@ -279,9 +292,10 @@ def _longest_run(
         length = at - i
         if at == end or length > _LONGEST:
             break
-        behind = at
+        behind = max(at, repeated.get(length, 0))
         while behind < end and kinds[behind] == kinds[behind - length]:
             behind += 1
+        repeated[length] = behind
         times = (behind - i) // length
         less = (times - 1) * (until[at] - until[i])
         if times >= FEWEST and less > saved:
