@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from planarc.core.data import Data
+from planarc.core.data import Data, without_collection
 from planarc.core.diagnostic import usage_error
 from planarc.core.processes import Aside
 from planarc.core.prose import ticked
@@ -71,6 +71,11 @@ class Fmu(Data):
 
 def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
     """The archive of a model."""
+    with without_collection():
+        return _made(compiled, wishes)
+
+
+def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.c.library import COMPILED, describe_build, library_sources
     from planarc.export.documentation import documents
     from planarc.export.fmi import three, two

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\(.*?^}\n?", re.MULTILINE | re.DOTALL)
+FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\((?:[^\n]*\n)+?}\n?", re.MULTILINE)
 _NAME = re.compile(r"@(\w+)")
 _LOADED = (
     r"(%\w+) = getelementptr inbounds i64, ptr @{}, i64 (\d+)\n"

@@ -149,8 +149,8 @@ def image_words(
               Frame.W: _given(program, image), Frame.NUMBERS: image.numbers,
               Frame.ACCEPTED: image.accepted}  # fmt: skip
     for which, array in arrays.items():
-        for i, value in enumerate(array):
-            words[homes[which] + i] = int(value) if which is Frame.NUMBERS else _bits(float(value))
+        told = map(int, array) if which is Frame.NUMBERS else map(_bits, map(float, array))
+        words[homes[which] : homes[which] + len(array)] = told
     return words[Own.PHASE :]
 
 

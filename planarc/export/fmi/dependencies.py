@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 from planarc.codegen.slopes import Slopes
-from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.expr import Expr, Op, fold, text
 
 #: From the simplest to the least known.
 KINDS = ("constant", "fixed", "tunable", "dependent")
@@ -29,16 +29,15 @@ def find_dependencies(
 ) -> list[dict[int, int]]:
     """Places in `KINDS`; `fixed` and `tunable` are names of parameters."""
 
-    def kind_of(slope: Expr) -> int:
-        worst = _CONSTANT
-        for e in postorder([slope]):
-            if e.op is Op.SYMBOL:
-                name = text(e)
-                own = _FIXED if name in fixed else _TUNABLE if name in tunable else _DEPENDENT
-                worst = max(worst, own)
-            elif not e.args and e.op is not Op.CONST:
-                return _DEPENDENT
-        return worst
+    kinds: dict[Expr, int] = {}
+
+    def kind_of(e: Expr) -> int:
+        if e.args:
+            return max(map(kinds.__getitem__, e.args))
+        if e.op is Op.SYMBOL:
+            name = text(e)
+            return _FIXED if name in fixed else _TUNABLE if name in tunable else _DEPENDENT
+        return _CONSTANT if e.op is Op.CONST else _DEPENDENT
 
     found: list[dict[int, int]] = [{} for _ in slopes.nodes]
     own = set(knowns)
@@ -51,10 +50,13 @@ def find_dependencies(
         for row in slopes.rows[first:stop]:
             total: dict[int, int] = {}
             for source, slope in row.terms:
-                factor = kind_of(slope)
+                factor = fold(slope, kinds, kind_of)
                 worst = max(worst, factor)
                 for known, kind in found[source].items():
-                    total[known] = max(total.get(known, _CONSTANT), kind, factor)
+                    if kind < factor:
+                        kind = factor
+                    if total.get(known, -1) < kind:
+                        total[known] = kind
             if row.target not in own:
                 found[row.target] = total
         return worst

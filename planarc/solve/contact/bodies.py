@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from planarc.ir.mechanism import GROUND, Link
+from planarc.ir.once import once
 from planarc.ir.program import Program
 
 
@@ -16,7 +17,7 @@ def bodies(program: Program, component: str) -> tuple[str, ...]:
     """
     links = program.mechanism.links if program.mechanism else ()
     while component:
-        own = [n for n, link in enumerate(links) if component in map(_owner, link.frames)]
+        own = dict.fromkeys(_on_links(program).get(component, ()))
         if own:
             moving = [_body(program, links[n], component) for n in own if n != GROUND]
             return (*moving, *["the ground"] * (GROUND in own))
@@ -26,12 +27,18 @@ def bodies(program: Program, component: str) -> tuple[str, ...]:
 
 def fixed_together(program: Program, components: Iterable[str]) -> str | None:
     """The first component all of whose frames, two or more, are on one body."""
-    links = program.mechanism.links if program.mechanism else ()
+    on = _on_links(program)
+    return next((c for c in components if len(on.get(c, ())) > 1 == len(set(on[c]))), None)
+
+
+@once
+def _on_links(program: Program) -> dict[str, list[int]]:
+    """The links of each component's frames, by their numbers."""
     on: dict[str, list[int]] = {}
-    for n, link in enumerate(links):
+    for n, link in enumerate(program.mechanism.links if program.mechanism else ()):
         for frame in link.frames:
             on.setdefault(_owner(frame), []).append(n)
-    return next((c for c in components if len(on.get(c, ())) > 1 == len(set(on[c]))), None)
+    return on
 
 
 def _body(program: Program, link: Link, component: str) -> str:
