@@ -20,6 +20,7 @@ from planarc.export.pruned import FUNCTION, numbers_of
 from planarc.instance.actions import endings
 from planarc.instance.block import BYTE, load_narrow
 from planarc.instance.plan import Own, Phase, Plan, Stale, starts_anew
+from planarc.instance.relations import relation_table
 from planarc.instance.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
 from planarc.ir.expr import text
@@ -94,7 +95,7 @@ def tables_of(program: Program, image: Image) -> tuple[str, ...]:
     """What the functions of an instance read."""
     from planarc.solve.states.selector import leaders_of, open_blocks
 
-    placed, points = place(program), Points(program)
+    placed = place(program)
     records = [1 + sum(map(len, placed.records[:k])) for k in range(len(placed.records))]
     opened = open_blocks(program)
     tears = [
@@ -109,17 +110,6 @@ def tables_of(program: Program, image: Image) -> tuple[str, ...]:
         follow += [records[i], records[leader], *row]
     nominals = [(c.slot, c.nominal) for c in program.candidates if c.nominal is not None]
     angles = angles_of_loops(program)
-    relations = [
-        n
-        for i, r in enumerate(program.relations)
-        for n in (
-            r.slot,
-            int(r.strict),
-            int(r.time_only),
-            int(i in image.timed),
-            int(r.component in points.components),
-        )
-    ]
     return (
         table("px_open", (records[i] for i in opened)),
         table("px_stay", (int(c.select is StateSelect.ALWAYS) for c in tears)),
@@ -129,7 +119,7 @@ def tables_of(program: Program, image: Image) -> tuple[str, ...]:
         table("px_system", image.system),
         table("px_wanted", (start for _, start in image.held)),
         table("px_starts", (start for _, start in image.held)),
-        table("px_relations", relations),
+        relation_table(program, image.timed),
     )
 
 

@@ -292,19 +292,14 @@ def make_plan(
     numbers, `tables` that it holds by the words that point to them, `packed` words besides the
     image, and those of its `letters`."""
     placed, n = place(program), program.state_count
-    switching = len(program.relations) + len(program.discretes)
-    sizes = {
+    sizes: dict[int, int] = {
         Own.Y: n,
         Own.RATES: n,
         Own.SCALES: scales,
         Own.GIVEN: len(given),
         Own.STARTS: len(given),
         Own.STAGES: STAGES * n,
-        Own.RELATIONS: len(Relation) * len(program.relations),
-        Own.SNAPSHOTS: SNAPSHOTS * switching,
-        Own.SEEN: passes(program) if is_eventful(program) else 0,
-        Own.BRANCHES: len(program.whens),
-        Own.SAMPLES: len(Sample) * len(program.samplers),
+        **event_sizes(program, passes(program) if is_eventful(program) else 0),
         Own.TOUCHES: kept,
         Own.CONSTANTS: constants,
         Frame.W: program.size,
@@ -351,6 +346,18 @@ def make_plan(
         homes += [(int(Own.MESSAGES), behind + packed)]
         room = behind + packed + letters
     return Plan(words, room, image, tuple(homes), given)
+
+
+def event_sizes(program: Program, seen: int) -> dict[int, int]:
+    """Sizes of the arrays in which events are iterated, of so many passes that are remembered."""
+    relations = len(program.relations)
+    return {
+        Own.RELATIONS: len(Relation) * relations,
+        Own.SNAPSHOTS: SNAPSHOTS * (relations + len(program.discretes)),
+        Own.SEEN: seen,
+        Own.BRANCHES: len(program.whens),
+        Own.SAMPLES: len(Sample) * len(program.samplers),
+    }
 
 
 def distances(program: Program, lags: Lags | None) -> tuple[int, int]:

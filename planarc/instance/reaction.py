@@ -20,7 +20,7 @@ from planarc.instance.actions import action_functions
 from planarc.instance.block import copy_functions
 from planarc.instance.clauses import actions
 from planarc.instance.plan import Table, crowd_names
-from planarc.instance.relations import zero_functions
+from planarc.instance.relations import relation_table, zero_functions
 from planarc.instance.settling import settling_functions
 from planarc.instance.touches import touch_functions
 from planarc.ir.program import Program
@@ -101,11 +101,6 @@ def own_text(program: Program) -> str:
         Table.TOUCHES: len(points.all),
         Table.JAMS: 1,
     }
-    relations = [
-        n
-        for r in program.relations
-        for n in (r.slot, int(r.strict), int(r.time_only), 0, int(r.component in points.components))
-    ]
     return "\n".join(
         (
             declarations(),
@@ -113,6 +108,6 @@ def own_text(program: Program) -> str:
             action_functions(program, asks=True),
             touch_functions(program) if points.all else "",
             table("px_plan", numbers.values()),
-            table("px_relations", relations),
+            relation_table(program, ()),
         )
     )

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from planarc.instance.contact.area import LOGGED, STRIKES, Area, Kept, Seen, kept_words, sizes
-from planarc.instance.plan import SNAPSHOTS, Own, Relation, Sample
+from planarc.instance.plan import Own, Relation, Sample, event_sizes
 from planarc.ir.frame import Frame, address
 from planarc.ir.kernel import Reacted, TouchMemory
 from planarc.ir.once import once
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 #: Arrays of the steps that `rises` tries: states, derivatives, states later.
 _STAGES: Final = 3
-_KEPT: Final = tuple(which for which in Kept if which is not Kept.NUMBERS)
 
 
 @once
@@ -37,16 +36,11 @@ def _homes(program: Program) -> tuple[int, dict[int, int], int, int]:
     """Words of the memory; where arrays begin, by the words that point to them; the number of
     touches, and where the discrete variables stand."""
     n, touches = program.state_count, len(Points(program).all)
-    switching = len(program.relations) + len(program.discretes)
-    lengths = {
+    lengths: dict[int, int] = {
         Own.Y: n,
         Own.RATES: n,
         Own.STAGES: _STAGES * n,
-        Own.RELATIONS: len(Relation) * len(program.relations),
-        Own.SNAPSHOTS: SNAPSHOTS * switching,
-        Own.SEEN: PATIENCE + 1,
-        Own.BRANCHES: len(program.whens),
-        Own.SAMPLES: len(Sample) * len(program.samplers),
+        **event_sizes(program, PATIENCE + 1),
         Own.TOUCHES: kept_words(touches),
         Own.DISCRETES: 3 * len(program.discretes),
     }
@@ -68,8 +62,7 @@ class Reactor:
         from planarc.instance.clauses import ordered_discretes
 
         words, homes, touches, discretes = _homes(program)
-        self._program, self._frame, self._n = program, frame, touches
-        self._call = call
+        self._frame, self._call = frame, call
         self._memory = np.zeros(words)
         self._words = self._memory.view(np.int64)
         start = address(self._memory)

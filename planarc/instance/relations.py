@@ -18,10 +18,14 @@ Reference: `solve.events.crossings`, which says the same for a run.
 
 from __future__ import annotations
 
-from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
+from collections.abc import Collection
+
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function, table
 from planarc.codegen.native.newton import open_frame
 from planarc.instance.block import constant, larger, plan, whole
 from planarc.instance.plan import Own, Relation, Row, Table
+from planarc.ir.program import Program
+from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import FURTHER_OFF, NOISE, QUIET
 from planarc.solve.events.instants import DIGITS
 
@@ -39,6 +43,16 @@ def relation_functions() -> tuple[str, ...]:
 def zero_functions() -> tuple[str, ...]:
     """Those that a run in Python asks for."""
     return _zeros(True), _rises(), _quiet()
+
+
+def relation_table(program: Program, timed: Collection[int]) -> str:
+    """Rows as of `plan.Row`; `timed` are relations whose instants are known."""
+    touching = Points(program).components
+    rows = (
+        (r.slot, r.strict, r.time_only, i in timed, r.component in touching)
+        for i, r in enumerate(program.relations)
+    )
+    return table("px_relations", (int(n) for row in rows for n in row))
 
 
 def numbers_of(c: Code, m: Value, which: Relation) -> Value:

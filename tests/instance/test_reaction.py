@@ -143,7 +143,7 @@ def both(model: Compiled, monkeypatch: pytest.MonkeyPatch) -> tuple[Result, Resu
         native = simulate(model.program, model.load(), options)
         asked = count.asked
         python = simulate(model.program, load(model.program, model.code), options)
-        assert count.asked == asked, "Python asks for nothing"
+        assert count.asked == asked > 0, "machine code is asked, and by no other run"
     return native, python, count
 
 
@@ -158,7 +158,7 @@ def equal(one: Result, two: Result) -> bool:
 @pytest.mark.parametrize("text", [BALL, SAMPLED, FRICTION, DELAYED])
 def test_the_same_numbers(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     native, python, count = both(compiled(text), monkeypatch)
-    assert len(native.events) > 3 or count.asked > 3
+    assert count.asked > 3
     assert count.left == 0
     assert equal(native, python)
 

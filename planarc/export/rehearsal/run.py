@@ -26,7 +26,7 @@ from planarc.export.rehearsal.library import Instance, Library
 from planarc.export.wishes import finer
 from planarc.ir.result import EventRecord, Held, Interrupted, Result, StateChoice, Statistics
 from planarc.solve.contact.messages import told
-from planarc.solve.contact.touches import Points
+from planarc.solve.contact.touches import TOLD, Points
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.messages.event import ticked
 from planarc.solve.messages.text import Reader
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
 #: Machine code alone leads no further.
 _STUCK = "R484"
-#: Of a touch, what tells what happened to it.
-_TOUCH = ("held", "way", "impulse")
 
 
 def rehearse(
@@ -196,7 +194,7 @@ class _Run:
 
     def _of_touches(self) -> dict[str, Vector]:
         w = self._instance.w
-        return {n: w[[touch.slots[n] for touch in self._touches.all]] for n in _TOUCH}
+        return {n: w[[touch.slots[n] for touch in self._touches.all]] for n in TOLD}
 
     def _struck(self) -> dict[str, Vector]:
         """Behind an event; an impulse that is the last one's is none."""

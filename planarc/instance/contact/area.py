@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import IntEnum, auto
 
 from planarc.instance.plan import Touch
+from planarc.solve.contact.touches import TOLD
 
 
 class Area(IntEnum):
@@ -105,7 +106,7 @@ def kept_words(n: int) -> int:
 
 
 #: What of a touch tells what happens to it, and so many strikes of an instant that are told.
-LOGGED, STRIKES = (Touch.HELD, Touch.WAY, Touch.IMPULSE), 32
+LOGGED, STRIKES = tuple(Touch[name.upper()] for name in TOLD), 32
 
 
 def sizes(n: int, states: int, asks: bool = False) -> dict[int, int]:

@@ -30,7 +30,7 @@ from planarc.solve.contact import messages
 from planarc.solve.contact.pressed import solve_pressed
 from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
 from planarc.solve.contact.strike import STILL, strike
-from planarc.solve.contact.touches import Response, Touches
+from planarc.solve.contact.touches import TOLD, Response, Touches
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
@@ -60,8 +60,6 @@ MOVED, MOVES = 1e-3, 1e-7
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
 LIMIT = 1e-9
-#: What tells what happened to a touch.
-TOLD = ("held", "way", "impulse")
 #: What is looked at before anything changes.
 READ = ("gap", "v", "a", "slip", "a_slip", "e", "mu", *KEPT)
 #: What a touch is that is open and has not just been.
@@ -102,10 +100,7 @@ class Impacts:
         self._begins, self.sharpness = known.begins, max(self._least, known.sharpness)
         found = []
         for rows in struck:
-            before, after = (
-                dict(zip(TOLD, rows[::2], strict=True)),
-                dict(zip(TOLD, rows[1::2], strict=True)),
-            )
+            before, after = (dict(zip(TOLD, half, strict=True)) for half in (rows[::2], rows[1::2]))
             found += messages.told(self._touches, before, after)
         return found
 

@@ -29,6 +29,8 @@ from planarc.solve.messages.text import Reader
 if TYPE_CHECKING:
     from planarc.core.arrays import Array, Vector
 
+#: What tells what happened to a touch (`messages.told`).
+TOLD = ("held", "way", "impulse")
 #: A gap that is never reached, in m.
 NEVER = -1e30
 #: A force whose effect is a smaller part of what acts is made larger, so that it is seen.

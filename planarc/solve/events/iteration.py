@@ -229,10 +229,10 @@ class Events:
             w[:] = before
             return None
         crossings.take(t, found.now, found.largest, found.doubtful)
-        slots = {k: slot for slot, k in states.items()}
-        reset = {slots[k] for k in found.reset}
-        done = Processed(found.y, reset=[c.display for c in self.program.candidates
-                                         if c.slot in reset])  # fmt: skip
+        done = Processed(found.y)
+        if found.reset:
+            reset = {slot for slot, k in states.items() if k in found.reset}
+            done.reset += [c.display for c in self.program.candidates if c.slot in reset]
         if impacts is not None and found.known is not None:
             done.told += impacts.take(found.known, found.struck)
         self._refuse_inexact(t, done, self._integers)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import mmap
 import sys
+from threading import Lock
 
 from planarc.runtime import elementary
 from planarc.runtime.link.memory import place
@@ -16,17 +17,20 @@ from planarc.runtime.link.memory import place
 
 class OwnLinker:
     """What is added finds by its name what was there before. Of equal names that was added last
-    counts: equal code may be of models whose derivatives differ."""
+    counts: equal code may be of models whose derivatives differ. Runs in threads may add the same
+    at a time: memory that was placed twice would be lost to whom it was placed for first."""
 
     def __init__(self, known: dict[str, int]) -> None:
+        self._lock = Lock()
         self._addresses = dict(known)
         self._placed: dict[tuple[bytes, ...], tuple[mmap.mmap, dict[str, int]]] = {}
 
     def add(self, *objects: bytes) -> None:
-        if objects not in self._placed:
-            self._placed[objects] = place(objects, self._addresses)
-        _, found = self._placed[objects]
-        self._addresses |= found
+        with self._lock:
+            if objects not in self._placed:
+                self._placed[objects] = place(objects, self._addresses)
+            _, found = self._placed[objects]
+            self._addresses |= found
 
     def address(self, name: str) -> int:
         return self._addresses[name]
@@ -48,15 +52,17 @@ class LlvmLinker:
         for name, address in (known | _c_library()).items():
             llvm.add_symbol(name, address)
         self._known: set[bytes] = set()
+        self._lock = Lock()
 
     def add(self, *objects: bytes) -> None:
         import llvmlite.binding as llvm
 
-        for data in objects:
-            if data not in self._known:
-                self._known.add(data)
-                self._engine.add_object_file(llvm.ObjectFileRef.from_data(data))
-        self._engine.finalize_object()
+        with self._lock:
+            for data in objects:
+                if data not in self._known:
+                    self._known.add(data)
+                    self._engine.add_object_file(llvm.ObjectFileRef.from_data(data))
+            self._engine.finalize_object()
 
     def address(self, name: str) -> int:
         return int(self._engine.get_global_value_address(name))

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
+from time import sleep
+from typing import Any
 
 import pytest
 
 import planarc
 from planarc.runtime.link import PLACES
-from planarc.solve.kernels.native import engine, kernel
+from planarc.solve.kernels.native import engine, kernel, linkers
 from planarc.solve.kernels.native.linkers import LlvmLinker, OwnLinker
 
 pytest.importorskip("llvmlite")
@@ -72,3 +76,36 @@ def test_memory_is_written_or_run_never_both() -> None:
             break
     else:
         pytest.fail("the code is nowhere")
+
+
+def test_threads_that_add_the_same_share_its_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was placed twice would be freed for the one that was first."""
+    both, placed = Barrier(2), list[tuple[bytes, ...]]()
+
+    def place(objects: tuple[bytes, ...], known: dict[str, int]) -> Any:
+        placed.append(objects)
+        sleep(0.05)
+        return object(), {"f": len(placed)}
+
+    monkeypatch.setattr(linkers, "place", place)
+    linker = OwnLinker({})
+
+    def add(_: int) -> int:
+        both.wait()
+        linker.add(b"code")
+        return linker.address("f")
+
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(add, range(2))) == [1, 1]
+    assert placed == [(b"code",)]
+
+
+def test_llvm_places_what_iterates_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = planarc.load(FOUR_BAR.with_stem("geneva_drive"))
+    own = model.simulate(2.0)
+    kernel._engine.cache_clear()
+    monkeypatch.setattr(engine, "PLACES", False)
+    by_llvm = planarc.load(FOUR_BAR.with_stem("geneva_drive")).simulate(2.0)
+    kernel._engine.cache_clear()
+    assert len(own.events) > 2
+    assert by_llvm.rows.events == own.rows.events
