@@ -43,6 +43,8 @@ POINT = """([component, along]) => {
 }"""
 #: The next picture is drawn.
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))"
+#: The frame counts what it hears, after the page itself has heard it.
+HEARD = "() => { window.heard = 0; addEventListener('message', () => { heard += 1; }); }"
 
 
 @pytest.fixture
@@ -85,9 +87,19 @@ def panel(open_page: Callable[..., Any], editor: str) -> Callable[..., tuple[Any
             })""",
             address,
         )
-        return page, page.frames[1]
+        frame = page.frames[1]
+        frame.evaluate(HEARD)
+        return page, frame
 
     return open_panel
+
+
+def tell(page: Any, frame: Any, message: str) -> None:
+    """The panel says something, and the frame, which is another process, has drawn it."""
+    heard = frame.evaluate("heard")
+    page.evaluate(message)
+    frame.wait_for_function(f"heard === {heard + 1}")
+    frame.evaluate(DRAWN)
 
 
 def click(page: Any, frame: Any, component: str, along: float, off: float = 0.0) -> None:
@@ -104,8 +116,7 @@ def test_a_click_on_a_bar_is_told_to_the_editor(
     settle(frame)
     click(page, frame, "coupler.shape", 0.25)
     assert page.evaluate("told") == []  # an editor that has said nothing hears nothing
-    page.evaluate("light('')")
-    frame.evaluate(DRAWN)
+    tell(page, frame, "light('')")
     click(page, frame, "coupler.shape", 0.25)
     click(page, frame, "rocker.shape", 0.75)
     click(page, frame, "coupler.shape", 0.25, off=-150.0)  # nothing is there
@@ -121,7 +132,7 @@ def test_a_picture_that_is_moved_is_not_clicked(
 ) -> None:
     page, frame = panel(served(True).address)
     settle(frame)
-    page.evaluate("light('')")
+    tell(page, frame, "light('')")
     point = frame.evaluate(POINT, ["coupler.shape", 0.25])
     page.mouse.move(point["x"] + 10, point["y"] + 10)
     page.mouse.down()
@@ -139,25 +150,24 @@ def test_the_component_under_the_cursor_is_lit_up(
     page, frame = panel(served(True).address)
     settle(frame)
     frame.evaluate(POINT, ["coupler.shape", 0.0])
-    page.evaluate("light('')")
+    tell(page, frame, "light('')")
     plain = pixels(frame)
     assert frame.evaluate("document.documentElement.dataset.theme") == "dark"  # as the editor
-    page.evaluate("light('coupler')")
+    tell(page, frame, "light('coupler')")
     lit = pixels(frame)
     assert lit != plain
     screenshot(page, "live-panel-lit")
-    page.evaluate("light('coup')")  # part of a name is no component
+    tell(page, frame, "light('coup')")  # part of a name is no component
     assert pixels(frame) == plain
     for name in ("coupler.shape", "coupler.frame_b"):  # of what is not drawn, what it is in
-        page.evaluate(f"light('{name}')")
+        tell(page, frame, f"light('{name}')")
         assert pixels(frame) == lit
-    page.evaluate("frame.contentWindow.postMessage({ type: 'planarc/lit', component: 7 }, '*')")
-    page.evaluate("frame.contentWindow.postMessage(null, '*')")
+    for nonsense in ("{ type: 'planarc/lit', component: 7 }", "null"):
+        tell(page, frame, f"frame.contentWindow.postMessage({nonsense}, '*')")
     assert pixels(frame) == lit
 
 
 def pixels(frame: Any) -> str:
-    frame.evaluate(DRAWN)
     return str(frame.evaluate("planarcPlayer.picture().toDataURL()"))
 
 
