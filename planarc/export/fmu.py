@@ -85,7 +85,7 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.variables import interface, with_dependencies
     from planarc.export.idle import without_idle
     from planarc.export.image import take_image
-    from planarc.export.module import write
+    from planarc.export.module import Derived, derived, write
     from planarc.export.objects import compile_all
     from planarc.instance.stored import FILE
 
@@ -100,34 +100,35 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     seen = [v.name for v in shown.variables if v.causality == "output"]
     if wishes.outputs is not None and not any(map(wishes.outputs.search, seen)):
         raise no_match("variable that changes", wishes.outputs)
-    slopes = None if crowded else derivatives(program, shown)
     version = three if wishes.version == 3 else two
     enumerations = any(v.type for v in shown.variables)
     integers = any(v.kind == INTEGER for v in shown.variables)
     entries = version.functions(bool(program.delays), crowded, enumerations, integers)
     tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
-    told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
-                COMPILED if wishes.source else (), not crowded)  # fmt: skip
-
-    def described() -> tuple[str, dict[str, bytes]]:
-        """The description without its token, and what else is no code."""
-        known = shown if slopes is None else with_dependencies(program, shown, slopes)
-        more, terminals = documents(compiled, known), describe_terminals(program, known)
-        if terminals and wishes.version == 3:
-            more["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
-        return describe(program, known, told), more
-
-    def token() -> str:
-        draft = beside.result()[0]
-        return "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
-
     # What people read is no list of numbers, nor what implicit steps ask for again and again.
     spelled = not (wishes.source or wishes.stiff)
-    with Aside(described) as beside:
-        written = write(program, image, entries, token, tolerance, slopes, spelled=spelled,
-                        apart=not wishes.source)  # fmt: skip
-        draft, documented = beside.result()
+
+    def besides() -> tuple[str, str, Derived]:
+        """The description without its token, the terminals, and the derivatives."""
+        slopes = None if crowded else derivatives(program, shown)
+        known = shown if slopes is None else with_dependencies(program, shown, slopes)
+        told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
+                    COMPILED if wishes.source else (), not crowded)  # fmt: skip
+        return (describe(program, known, told), describe_terminals(program, known),
+                derived(program, image, slopes, spelled))  # fmt: skip
+
+    def token() -> str:
+        draft = aside.result()[0]
+        return "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
+
+    with Aside(besides) as aside:
+        documented = documents(compiled, shown)
+        written = write(program, image, entries, token, tolerance, lambda: aside.result()[2],
+                        spelled=spelled, apart=not wishes.source)  # fmt: skip
+        draft, terminals, _ = aside.result()
+    if terminals and wishes.version == 3:
+        documented["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     key = "instantiationToken" if wishes.version == 3 else "guid"
     text = draft.replace(f'{key}=""', f'{key}="{token()}"', 1)
     files = {"modelDescription.xml": text.encode(), **documented}

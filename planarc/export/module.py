@@ -16,7 +16,7 @@ through a loader.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -27,8 +27,7 @@ from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
 from planarc.codegen.native.operations import operate_function
 from planarc.codegen.native.packed import Rows, pack
-from planarc.codegen.native.printer import ir, slopes_ir
-from planarc.codegen.native.rolling import operations
+from planarc.codegen.native.printer import ir, slopes_ir, weight
 from planarc.codegen.native.runtime import runtime_text
 from planarc.core.data import Data
 from planarc.export.crowds import crowd_functions as tell_crowds
@@ -95,14 +94,14 @@ if TYPE_CHECKING:
 
 
 #: The derivatives of a model that has none.
-_NOTHING = [len(Head), *(0 for _ in range(len(Head) - 1))]
+_NOTHING = (len(Head), *(0 for _ in range(len(Head) - 1)))
 _NO_SLOPES = """
 define i32 @pc_slopes_all(ptr %frame, double %t, ptr %results) nounwind {
   ret i32 1
 }
 """
-#: So many operations of derivatives pay for the function that carries them out.
-_LARGE = 350
+#: Models of so many operations pay for the function that carries them out.
+_LARGE = 800
 #: How many modules do not hang on the model alone.
 SHARED = 2
 #: So many bytes, packed, pay for a file.
@@ -164,38 +163,64 @@ class Written(Data):
     stored: bytes
 
 
+class Derived(Data):
+    """The derivatives of a model: their module as text, and the numbers that go with it. `rows`
+    begin with the place of the first operation of what their `carrier` was told."""
+
+    text: str = _NO_SLOPES
+    tape: Sequence[int] = _NOTHING
+    nodes: Sequence[int] = ()
+    rows: Sequence[int] = (0,)
+    carrier: Carrier | None = None
+    exist: bool = False
+
+
+def derived(program: Program, image: Image, slopes: Slopes | None, spelled: bool) -> Derived:
+    """What else a model's derivatives are. It may be made aside of all that `write` writes."""
+    nodes = nodes_of(program, slopes)
+    if slopes is None:
+        return Derived(nodes=nodes)
+    rows = Rows(Own.SLOPE_ROWS)
+    rows.numbers.append(0)  # what is told late is no row that others may share
+    carrier = _carrier(program, image, spelled, joins=True)
+    text = slopes_ir(program, slopes, Scope.ALL, rows, carrier)
+    return Derived(text, slopes.tape(), nodes, rows.numbers, carrier, True)
+
+
 def write_texts(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
     """The modules as texts that hold all."""
+    found = derived(program, image, slopes, spelled)
     return write(
-        program, image, entries, lambda: token, tolerance, slopes, derivatives, spelled
+        program, image, entries, lambda: token, tolerance, lambda: found, derivatives, spelled
     ).texts
 
 
 def write(
     program: Program, image: Image, entries: Entries, token: Callable[[], str], tolerance: float,
-    slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
+    slopes: Callable[[], Derived], derivatives: bool = True, spelled: bool = False,
     apart: bool = False,
 ) -> Written:  # fmt: skip
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged. The `token` is asked for late. `spelled`: large models carry out
-    what runs seldom (`spelled`); `apart`: many numbers may stand in a file."""
-    rows = Rows(Own.ROWS)
-    carrier, of_values = None, _NO_SLOPES
-    if slopes is not None:
-        if spelled and sum(map(operations, slopes.named(program.table)[0])) >= _LARGE:
-            carrier = Carrier(rows, Own.OPERATIONS, *distances(program, image.lags))
-        of_values = slopes_ir(program, slopes, Scope.ALL, rows, carrier)
-    own, stored = _own(program, image, entries, token, tolerance, slopes, rows, derivatives,
-                       carrier, apart)  # fmt: skip
+    while something is dragged. The `token` and the `slopes` are asked for late. `spelled`: large
+    models carry out what runs seldom (`spelled`); `apart`: many numbers may stand in a file."""
+    own, stored = _own(program, image, entries, token, tolerance, slopes, derivatives,
+                       _carrier(program, image, spelled), apart)  # fmt: skip
     shared = _shared(program, entries, derivatives, bool(stored))
     shared = lead(shared) if stored else shared
     shared = prune(shared, {*entries.names, *calls_in(own)})
-    return Written((shared, _solver(program), own, of_values), stored)
+    return Written((shared, _solver(program), own, slopes().text), stored)
+
+
+def _carrier(program: Program, image: Image, wanted: bool, joins: bool = False) -> Carrier | None:
+    """What carries out a large model's statements."""
+    if not wanted or weight(program) < _LARGE:
+        return None
+    return Carrier(Own.OPERATIONS, *distances(program, image.lags), joins)
 
 
 def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) -> str:
@@ -235,11 +260,10 @@ def _solver(program: Program) -> str:
 
 def _own(
     program: Program, image: Image, entries: Entries, token: Callable[[], str], tolerance: float,
-    slopes: Slopes | None, rows: Rows, small: bool, carrier: Carrier | None,
-    apart: bool,
+    slopes: Callable[[], Derived], small: bool, carrier: Carrier | None, apart: bool,
 ) -> tuple[str, bytes]:  # fmt: skip
     """The model's functions, its tables and its messages; what stands in the file of numbers."""
-    # Whatever is spelled is so before the function that carries it out is written, by `ir`.
+    rows = Rows(Own.ROWS)
     judged, crowds = _asserts(program, carrier), crowd_names(program)
     if crowds:
         felt, listed = tell_crowds(program, image.selection, carrier)
@@ -251,14 +275,18 @@ def _own(
         (ir(program, small, rows if small else None, carrier),
          *tables_of(program, image), action_functions(program), felt)
     )  # fmt: skip
-    constants = [] if carrier is None else carrier.constants
-    tape = _NOTHING if slopes is None else slopes.tape()
+    found = slopes()
+    of_slopes, constants = [*found.rows], []
+    if carrier is not None:
+        if found.carrier is not None:
+            of_slopes[0] = carrier.join(found.carrier)
+        functions, constants = f"{functions}\n{carrier.text(rows)}", carrier.constants
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     settable = rules(program, image.held, tunable_parameters(program))
-    unpacked = [*nodes_of(program, slopes), *settable, *discretes, *rows.numbers, *tape]
+    unpacked = [*found.nodes, *settable, *discretes, *rows.numbers, *of_slopes, *found.tape]
     lags = image.lags
-    planned = partial(make_plan, program, image.held, len(image.scales), tape, len(rows.numbers),
-                      kept, area, most_values(program), lags,
+    planned = partial(make_plan, program, image.held, len(image.scales), found.tape,
+                      (len(rows.numbers), len(of_slopes)), kept, area, most_values(program), lags,
                       0 if carrier is None else carrier.room, len(constants),
                       0 if carrier is None else carrier.words)  # fmt: skip
     ends, values = templates(program, entries.as_shown)
@@ -284,7 +312,7 @@ def _own(
         (
             functions,
             *(text_constant(f"px_{key}", text) for key, text in texts),
-            plan_table(program, image, plan, len(unpacked), slopes is not None, len(stored) // 8),
+            plan_table(program, image, plan, len(unpacked), found.exist, len(stored) // 8),
             numbers,
             table("px_seal", [seal]),
             delay_functions(program, lags, plan.image, len(ends) - len(late) + 1),

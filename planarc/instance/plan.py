@@ -50,6 +50,7 @@ class Own(IntEnum):
     CONSTANTS = auto()  # numbers of statements that are carried out, the first one last
     OPERATIONS = auto()  # those of statements that are carried out: no state
     ROWS = auto()  # places that loops over equal statements read and set
+    SLOPE_ROWS = auto()  # those of the derivatives, behind the first of their operations
     BLOCKS = auto()  # tables that the file of the model's numbers holds, where it has one
     OF_RELATIONS = auto()
     OF_TOUCHES = auto()
@@ -272,7 +273,7 @@ def make_plan(
     given: tuple[tuple[int, int], ...],
     scales: int,
     tape: Sequence[int],
-    rows: int,
+    rows: tuple[int, int],
     kept: int,
     area: Mapping[int, int],
     values: int,
@@ -285,12 +286,12 @@ def make_plan(
     letters: int = 0,
 ) -> Plan:
     """`given`: the values held at the start; `scales`: tears of the blocks with a choice; `tape`:
-    that of the derivatives; `rows`: numbers that loops share; `kept`: words that are remembered of
-    touches; `area`: sizes of what is no state of them; `values`: most values of a message; `lags`:
-    those of the past of delayed signals; `memory`: numbers of that of statements, before the
-    workspace so many `constants`, and words of their `operations`; where there is a file of
-    numbers, `tables` that it holds by the words that point to them, `packed` words besides the
-    image, and those of its `letters`."""
+    that of the derivatives; `rows`: numbers that loops share, and those that derivatives have;
+    `kept`: words that are remembered of touches; `area`: sizes of what is no state of them;
+    `values`: most values of a message; `lags`: those of the past of delayed signals; `memory`:
+    numbers of that of statements, before the workspace so many `constants`, and words of their
+    `operations`; where there is a file of numbers, `tables` that it holds by the words that point
+    to them, `packed` words besides the image, and those of its `letters`."""
     placed, n = place(program), program.state_count
     sizes: dict[int, int] = {
         Own.Y: n,
@@ -330,8 +331,8 @@ def make_plan(
         homes += [(int(Frame.PAST), room), *((room + k, at) for k, at in past.items())]
         room = past[Shelf.WORK] + lags.work
     unpacked = {Own.NODES: program.size + 1, Own.RULES: program.size + 1,
-                Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows,
-                passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
+                Own.DISCRETES: 3 * len(program.discretes), Own.ROWS: rows[0],
+                Own.SLOPE_ROWS: rows[1], passing + Passing.TAPE: tape[Head.LENGTH]}  # fmt: skip
     unpacked |= {word: len(numbers) for word, numbers in (tables or {}).items()}
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]

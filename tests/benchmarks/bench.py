@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from planarc.request.request import Request
 
 MODEL = Path(__file__).parent.parent / "cases" / "b2_fourbar_gravity" / "four_bar.pmo"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
 REPEATS = 5
@@ -240,14 +241,30 @@ def page_again(request: Request, *value: object) -> float:
 def four_bar_in_page() -> float:
     from planarc.request.request import Request
 
-    example = Path(__file__).parents[2] / "examples" / "four_bar.pmo"
-    return page_again(Request(example), "starts", "revA.phi", 1.0)
+    return page_again(Request(EXAMPLES / "four_bar.pmo"), "starts", "revA.phi", 1.0)
 
 
 def cam_in_page() -> float:
     from planarc.request.request import Request
 
     return page_again(Request(class_name=CAM), "values", "follower.m", 1.0)
+
+
+def exported(example: str) -> float:
+    """Wall seconds that an FMU takes beyond the compile of its model, where one of its kind was
+    written before."""
+    from planarc.compiler import compile_model
+    from planarc.export.fmu import make_fmu
+    from planarc.export.wishes import Wishes
+    from planarc.request.request import Request
+
+    times = []
+    for _ in range(REPEATS + 1):
+        compiled = compile_model(Request(EXAMPLES / f"{example}.pmo"))
+        begin = perf_counter()
+        make_fmu(compiled, Wishes())
+        times.append(perf_counter() - begin)
+    return statistics.median(times[1:])
 
 
 def from_python(runs: int | None = None) -> float:
@@ -303,6 +320,8 @@ BARS = (
     Bar("cam follower, warm caches", "s", 1.0, lambda: seconds(warm(command=cam_follower))),
     Bar("cam follower again in one process, native", "ms", 15.0, lambda: 1e3 * cam_again("native")),
     Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),
+    Bar("gripper as an FMU, beyond its compile", "s", 1.0, lambda: exported("gripper")),
+    Bar("chain over a peg as an FMU, likewise", "s", 1.0, lambda: exported("chain_over_peg")),
     Bar("sweep of 1,000 four-bars, wall", "s", 15.0, study),
     Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
 )

@@ -85,17 +85,17 @@ class Step(Data):
 
 
 class Carrier:
-    """The rows of a library, and what carries them out. `memory` and `area` are the distances of
-    these arrays from the workspace."""
+    """What is carried out, and what does it. `word`: of the frame, points to the operations;
+    `memory` and `area` are the distances of these arrays from the workspace; `joins`: it will
+    join another one (`join`), whose rows are told where its operations begin."""
 
-    def __init__(self, rows: Rows, word: int, memory: int, area: int) -> None:
-        self.rows, self.word, self.memory, self.area = rows, word, memory, area
+    def __init__(self, word: int, memory: int, area: int, joins: bool = False) -> None:
+        self.word, self.memory, self.area, self.joins = word, memory, area, joins
         self.hurries = False  # whether it runs often
         self.room = 0  # numbers of the memory in use at once
         self.constants: list[float] = []  # from place -1 down
         self._places: dict[str, int] = {}
-        self._used: set[int] = set()
-        self._begins: list[int] = []  # of rows
+        self._told: list[tuple[_Told, int]] = []  # and how many constants stand before its own
         self._count = 0  # of operations
 
     def constant(self, value: float) -> int:
@@ -109,13 +109,21 @@ class Carrier:
     def carry(self, steps: Sequence[Step], within: int) -> tuple[int, int, int]:
         """The first of the operations of statements, and how many there are; how much room there
         must be within them, from a place on."""
-        told = _Told(self, within)
+        told = _Told(within, self.memory)
         for step in steps:
-            told.add(step)
-        self._used |= told.kinds
-        self._begins.append(self.rows.place(tuple(told.words())))
+            told.add(step, self.constant)
+        self._told.append((told, 0))
         first, self._count = self._count, self._count + told.count
         return first, told.count, told.cursor - within
+
+    def join(self, other: Carrier) -> int:
+        """Carry out what another one was told, too: the first of its operations."""
+        before = len(self.constants)
+        self.constants += other.constants
+        self._told += [(told, before + shift) for told, shift in other._told]
+        self.room = max(self.room, other.room)
+        first, self._count = self._count, self._count + other._count
+        return first
 
     def values(self, lets: Sequence[Let], slot: Callable[[Expr], int]) -> tuple[int, int]:
         """The first of the operations, and how many there are, that set `memory` from its first
@@ -146,26 +154,34 @@ class Carrier:
         """What all operations take, told by addresses."""
         return self._count * _WORDS
 
-    def text(self) -> str:
-        """The functions; nothing where nothing is carried out."""
-        if not self._used:
+    def text(self, rows: Rows) -> str:
+        """The functions; nothing where nothing is carried out. What they read is put among rows."""
+        if not self._told:
             return ""
-        begins = self.rows.place(tuple(self._begins))
-        told = _tell(self.word, self.rows.word, begins, len(self._begins))
-        return told + _carry(self.word, sorted(self._used), self.hurries)
+        even = [rows.place(tuple(k * t for t in range(MOST_SELDOM))) for k in (_SAME, _EVEN)]
+        placed = tuple(rows.place(tuple(told.words(rows, even, n))) for told, n in self._told)
+        begins = rows.place(placed)
+        used = {kind for told, _ in self._told for kind in told.kinds}
+        told = _tell(self.word, rows.word, begins, len(placed))
+        return told + _carry(self.word, sorted(used), self.hurries)
+
+
+#: How far places lie behind the first one: all of them there, or one behind the other.
+_SAME, _EVEN = 0, 1
+#: The home of a first place, and how far the others lie behind it.
+_Use: TypeAlias = "tuple[int | Places, Home]"
+#: An operation's kind and times, its result and operands.
+_Form: TypeAlias = "tuple[int, int, tuple[_Use, ...]]"
 
 
 class _Told:
-    """A row while it is written."""
+    """A row, before it is known where it stands; `memory` lies so far behind the workspace."""
 
-    def __init__(self, carrier: Carrier, within: int) -> None:
-        self._carrier, self._within = carrier, within
+    def __init__(self, within: int, memory: int) -> None:
+        self._within, self._memory = within, memory
         self.cursor = within
-        self._forms: list[tuple[int, ...]] = []  # of each operation
+        self._forms: list[_Form] = []  # of each operation
         self._places: dict[int, list[int]] = {home: [] for home in Home}
-        self._even, self._same = (
-            carrier.rows.place(tuple(k * t for t in range(MOST_SELDOM))) for k in (1, 0)
-        )
 
     @property
     def count(self) -> int:
@@ -173,56 +189,57 @@ class _Told:
 
     @property
     def kinds(self) -> set[int]:
-        return {form[0] for form in self._forms}
+        return {kind for kind, *_ in self._forms}
 
-    def words(self) -> list[int]:
-        known = {form: i for i, form in enumerate(sorted(set(self._forms)))}
+    def words(self, rows: Rows, even: Sequence[int], before: int) -> list[int]:
+        """Its numbers; `even`: where `_SAME` and `_EVEN` distances stand among the rows; `before`:
+        so many constants stand before its own."""
+
+        def code(use: _Use) -> int:
+            distances, home = use
+            table = even[distances] if isinstance(distances, int) else rows.place(distances)
+            return table << _BITS | home
+
+        codes = {form: (*form[:2], *map(code, form[2])) for form in dict.fromkeys(self._forms)}
+        known = {told: i for i, told in enumerate(sorted(codes.values()))}
         forms = [n for part in zip(*known, strict=True) for n in part]
-        streams = [[known[form] for form in self._forms], *self._places.values()]
+        constants = {Home.CONSTANT: [place - before for place in self._places[Home.CONSTANT]]}
+        streams = [[known[codes[f]] for f in self._forms], *(self._places | constants).values()]
         *begins, end = accumulate(map(len, streams[:-1]))
         head = (len(streams[0]), len(known), self._within, *begins, 0)
         # Where there is no operand something is read, too.
-        read = sum(
-            code & (1 << _BITS) - 1 == Home.NONE for form in self._forms for code in form[2:]
-        )
+        read = sum(home == Home.NONE for *_, uses in self._forms for _, home in uses)
         return [*head, *forms, *chain(*streams), *[0] * (read - end)]
 
-    def add(self, step: Step) -> None:
+    def add(self, step: Step, constant: Callable[[float], int]) -> None:
+        """`constant`: where a number stands."""
         times = len(step.target)
-        constant = self._carrier.constant
         listed = _fused(_listed(step, lambda number: (constant(number),) * times))
         found: dict[int, int] = {}  # where results stand
         last = len(listed) - 1
         for i, (number, kind, operands) in enumerate(listed):
-            to = self._use(step.target) if i == last else _code(self._even, Home.NONE)
-            form = [kind, times, to]
+            uses = [self._use(step.target) if i == last else (_EVEN, Home.NONE)]
             for operand in operands:
                 if isinstance(operand, int):
                     self._places[Home.WITHIN].append(self.cursor - found[operand])
-                    form.append(_code(self._even))
+                    uses.append((_EVEN, Home.WITHIN))
                 else:
-                    form.append(self._use(operand))
-            form += [_code(self._same, Home.NONE)] * (_FORM - len(form))
-            self._forms.append(tuple(form))
+                    uses.append(self._use(operand))
+            uses += [(_SAME, Home.NONE)] * (1 + _OPERANDS - len(uses))
+            self._forms.append((kind, times, tuple(uses)))
             if i != last:
                 found[number] = self.cursor
                 self.cursor += times
 
-    def _use(self, places: Places) -> int:
+    def _use(self, places: Places) -> _Use:
         first = places[0]
-        home = Home.SLOT if first < self._carrier.memory else Home.MEMORY
+        home = Home.SLOT if first < self._memory else Home.MEMORY
         home = Home.CONSTANT if first < 0 else home
         self._places[home].append(first)
         distances = tuple([p - first for p in places])
         if not any(distances):
-            return _code(self._same, home)
-        even = distances == tuple(range(len(distances)))
-        return _code(self._even if even else self._carrier.rows.place(distances), home)
-
-
-def _code(table: int, home: Home = Home.WITHIN) -> int:
-    """The home of a first place, and the row of how far the others lie behind it."""
-    return table << _BITS | home
+            return _SAME, home
+        return _EVEN if distances == tuple(range(len(distances))) else distances, home
 
 
 #: The number of an operation, its kind, its operands.

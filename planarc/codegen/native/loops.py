@@ -103,6 +103,10 @@ class Loops:
         """Where whole numbers begin."""
         return self._begin.at(self._rows.place(tuple(words)))
 
+    def told(self) -> Value:
+        """The number that the rows begin with."""
+        return self._begin.load(INT)
+
     def rows(self, rows: Sequence[Sequence[int]]) -> Value:
         """Where the whole numbers begin that are due."""
         return self._begin.at(self.word([self._rows.place(tuple(row)) for row in rows]))

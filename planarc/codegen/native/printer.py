@@ -63,7 +63,8 @@ def ir(
 ) -> str:  # fmt: skip
     """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
     their rows, which have constants of their own without; `carrier`: of statements that are rows,
-    too, which are code without, and where they run often also in small models."""
+    too, which are code without, and where they run often also in small models; its functions are
+    not here."""
     placement = place(program)
     shapes = Shapes()
     reads = cache(partial(reads_of, program, shapes))
@@ -71,13 +72,13 @@ def ir(
     section = partial(
         _Function, program, placement, shapes, reads, slot, small=small, shared=shared
     )
-    weight = 0 if carrier is None else _weight(program)
+    heavy = 0 if carrier is None else weight(program)
     seldom = partial(section, seldom=True, carrier=carrier)
     often, less = (
-        partial(section, carrier=carrier if weight >= least else None) for least in (LARGE, MEDIUM)
+        partial(section, carrier=carrier if heavy >= least else None) for least in (LARGE, MEDIUM)
     )
     if carrier is not None:
-        carrier.hurries = weight >= MEDIUM
+        carrier.hurries = heavy >= MEDIUM
     below = [s for statements in program.levels[:-1] for s in statements]
     top = program.levels[-1] if program.levels else ()
     zeros = [r.zero for r in program.relations]
@@ -90,7 +91,6 @@ def ir(
             program.roots, zeros, [r.certain for r in program.relations]
         ),
         section("pc_discrete", seldom=True).text(program.discrete),
-        "" if carrier is None else carrier.text(),
     )
     head = declarations() + _RUNTIME
     return "\n".join((head, _records(placement), *functions))
@@ -119,7 +119,7 @@ def _slots(program: Program) -> Callable[[Expr], int | None]:
     return cache(lambda e: program.slots.get(text(e)))
 
 
-def _weight(program: Program) -> int:
+def weight(program: Program) -> int:
     """About the operations of what runs again and again."""
     lets = (let for statements in program.levels for let in all_lets(program, statements))
     return sum(map(operations, lets))

@@ -139,10 +139,12 @@ class Statements(ABC):
             if target[0] not in self._results and self._slot(target[0]) is None:
                 loops.hold(target)
         steps = [step(*part, self._spot) for part in parts]
-        *told, count = carrier.carry(steps, carrier.memory + loops.first_free)
-        loops.free(count)
-        numbers = [self._code.constant(n, INT) for n in told]
-        self._code.run("pc_carry", self._frame, self._time, *numbers)
+        *told, room = carrier.carry(steps, carrier.memory + loops.first_free)
+        loops.free(room)
+        first, count = (self._code.constant(n, INT) for n in told)
+        if carrier.joins:
+            first = first + loops.told()
+        self._code.run("pc_carry", self._frame, self._time, first, count)
         return True
 
     def _kept_at(self, e: Expr) -> Hashable:

@@ -58,15 +58,21 @@ def formulas(t: Exprs) -> list[Expr]:
     ]
 
 
-def carried_out(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def carried_out(points: np.ndarray, joined: bool) -> tuple[np.ndarray, np.ndarray]:
     """The values at each point, by their code and carried out."""
     t = Exprs()
     values = formulas(t)
     homes = {t.symbol(name): i for i, name in enumerate(NAMES)}
     lets = [Let(t.symbol(f"r{i}"), value) for i, value in enumerate(values)]
     assert is_spelled(lets)
-    carrier = Carrier(Rows(ROWS), OPERATIONS, len(NAMES), 0)
-    first, count = carrier.values(lets, homes.__getitem__)
+    carrier, rows = Carrier(OPERATIONS, len(NAMES), 0), Rows(ROWS)
+    if joined:  # what was told elsewhere, behind operations and constants of its own
+        other = Carrier(OPERATIONS, len(NAMES), 0, joins=True)
+        first, count = other.values(lets, homes.__getitem__)
+        carrier.values([Let(t.symbol("q"), t.const(0.375))], homes.__getitem__)
+        first += carrier.join(other)
+    else:
+        first, count = carrier.values(lets, homes.__getitem__)
     c = Code("pc_straight", FLAG, ((POINTER, "frame"), (REAL, "t"), (POINTER, "results")))
     w = c.arguments[0].load(POINTER, Frame.W)
 
@@ -76,9 +82,9 @@ def carried_out(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for i, e in enumerate(values):
         c.arguments[2].store(real(c, formula(c, e, leaf)), i)
     c.give(0)
-    text = declarations() + c.text() + carrier.text()
+    text = declarations() + c.text() + carrier.text(rows)
     memory, addresses = place([emit_object(text, target_machine(1), ("pc_",))], {})
-    numbers = np.array(carrier.rows.numbers, dtype=np.int64)
+    numbers = np.array(rows.numbers, dtype=np.int64)
     operations = np.zeros(carrier.words, dtype=np.int64)
     constants = carrier.constants[::-1]
     found = np.empty((2, len(points), len(values)))
@@ -101,10 +107,11 @@ def carried_out(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return found[0], found[1]
 
 
-def test_values_are_equal_to_the_last_bit() -> None:
+@pytest.mark.parametrize("joined", [False, True])
+def test_values_are_equal_to_the_last_bit(joined: bool) -> None:
     points = np.array([[2.5, a, b, c, h] for a in SPECIAL for b in SPECIAL for c in SPECIAL[2:]
                        for h in (0.0, 1.0, np.nan)])  # fmt: skip
-    by_code, spelled = carried_out(points)
+    by_code, spelled = carried_out(points, joined)
     nan = np.isnan(by_code)
     assert np.array_equal(nan, np.isnan(spelled))
     assert np.array_equal(by_code[~nan].view(np.int64), spelled[~nan].view(np.int64))
