@@ -40,7 +40,7 @@ from msgspec import Struct
 
 from planarc.codegen.statements import Lister, Temporaries, is_trivial
 from planarc.core.data import Data
-from planarc.ir.calculus import Differentiator, partial
+from planarc.ir.calculus import Partials
 from planarc.ir.derivatives import Group, Head, Scope
 from planarc.ir.expr import Expr, Exprs, Op, below, named, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
@@ -161,7 +161,7 @@ class _Deriver:
         self._program, self._table, self._scope = program, program.table, scope
         self._asked, self._timed = wanted, timed
         self._pieces: list[_Piece] = []
-        self._partials: dict[Expr, Differentiator] = {}
+        self._partials = Partials(program.table)
         self._numbers: dict[Expr, int] = {}  # nodes
         self._slot: Callable[[Expr], int] = cache(lambda e: program.slots.get(text(e), -1))
 
@@ -299,14 +299,11 @@ class _Deriver:
         return tuple(rows), tuple(runs)
 
     def _terms(self, let: Let) -> tuple[tuple[int, Expr], ...]:
-        found = []
-        for s in sorted(s for s in below((let.value,)) if s in self._numbers):
-            if s not in self._partials:
-                self._partials[s] = partial(self._table, s)
-            slope = self._partials[s](let.value)
-            if slope is not self._table.zero:
-                found.append((self._numbers[s], slope))
-        return tuple(found)
+        knowns = sorted(s for s in below((let.value,)) if s in self._numbers)
+        slopes = zip(knowns, self._partials.by(let.value, knowns), strict=True)
+        return tuple(
+            [(self._numbers[s], slope) for s, slope in slopes if slope is not self._table.zero]
+        )
 
     # Coefficients
 

@@ -118,9 +118,7 @@ def _picture(compiled: Compiled) -> str:
     start = program.experiment.start
     try:
         step = 1e-3 if crowd_names(program) else None
-        options = RunOptions(
-            stop=start + 1e-3, intervals=1, fixed_step=step, backend=compiled.backend
-        )
+        options = RunOptions(stop=start, intervals=1, fixed_step=step, backend=compiled.backend)
         scene = make_scene(simulate(program, compiled.load(), options))
         if scene.box is None:
             return ""

@@ -7,7 +7,7 @@ only notes which argument; `codegen` makes that derivative when it is printed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from planarc.ir.expr import Expr, Exprs, Op, fold
@@ -37,8 +37,11 @@ class Differentiator:
         if not args:
             return self._leaf(e)
         d = list(map(self._memo.__getitem__, args))
-        if d.count(t.zero) == len(d):
-            return t.zero
+        return t.zero if d.count(t.zero) == len(d) else self._by_arguments(e, d)
+
+    def _by_arguments(self, e: Expr, d: Sequence[Expr]) -> Expr:
+        """d(e), given those of its arguments."""
+        t, op, args = self._table, e.op, e.args
         if op is _ADD:
             return t.add(*d)
         if op is _NEG:
@@ -78,6 +81,34 @@ class Differentiator:
 def partial(table: Exprs, symbol: Expr) -> Differentiator:
     """Differentiates by one symbol; all others, time and discrete values are constant."""
     return Differentiator(table, lambda leaf: table.one if leaf is symbol else table.zero)
+
+
+class Partials(Differentiator):
+    """Derivatives by several symbols, where each is in a part of an expression alone."""
+
+    def __init__(self, table: Exprs) -> None:
+        super().__init__(table, lambda _: table.zero)
+
+    def by(self, root: Expr, symbols: Sequence[Expr]) -> list[Expr]:
+        """The derivatives by `symbols`: what `partial` gives for each."""
+        zero, one = self._table.zero, self._table.one
+        holds = {s: 1 << i for i, s in enumerate(symbols)}
+
+        def held(e: Expr) -> int:
+            found = 0
+            for a in e.args:
+                found |= holds[a]
+            return found
+
+        fold(root, holds, held)
+        found = []
+        for i, s in enumerate(symbols):
+            slopes = {s: one}
+            for e, held_here in holds.items():
+                if held_here >> i & 1 and e.args:
+                    slopes[e] = self._by_arguments(e, [slopes.get(a, zero) for a in e.args])
+            found.append(slopes.get(root, zero))
+        return found
 
 
 def time_derivative(table: Exprs, is_constant: Callable[[str], bool]) -> Differentiator:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from planarc.evaluate.value import evaluate
 from planarc.ir import store
-from planarc.ir.calculus import partial, time_derivative
+from planarc.ir.calculus import Partials, partial, time_derivative
 from planarc.ir.expr import Expr, Exprs, Op, Substitution, below, postorder, symbols
 
 Recipe = tuple[Any, ...]  # how to build one expression, in any table
@@ -153,6 +153,16 @@ def test_storage_keeps_text_and_identity(recipe: Recipe) -> None:
     table, again = store.loads(store.dumps((t, e), t))
     assert repr(again) == repr(e)
     assert build(table, recipe) is again
+
+
+@settings(max_examples=25)
+@given(recipes)
+def test_derivatives_by_several_symbols_are_those_by_each(recipe: Recipe) -> None:
+    t = Exprs()
+    e = build(t, recipe)
+    several = [t.symbol(name) for name in ("z", "x", "elsewhere", "y")]
+    assert Partials(t).by(e, several) == [partial(t, s)(e) for s in several]
+    assert Partials(t).by(several[1], several) == [t.zero, t.one, t.zero, t.zero]
 
 
 @pytest.mark.parametrize("name", ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh",

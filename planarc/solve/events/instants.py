@@ -22,7 +22,7 @@ from msgspec import Struct
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import Span
 from planarc.evaluate.value import evaluate
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.expr import Expr, Op, below, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.program import Let, Program, RelationSlot
@@ -167,10 +167,10 @@ def _known(program: Program) -> tuple[list[int], _Values]:
         return e.op not in (Op.PAST, Op.APPLY, Op.EVENT)
 
     for s in program.roots:
-        if isinstance(s, Let) and all(map(known, postorder((s.value,)))):
+        if isinstance(s, Let) and all(map(known, below((s.value,)))):
             lets[s.target] = s.value
     found = enumerate(program.relations)
-    return [i for i, r in found if r.time_only or all(map(known, postorder((r.zero,))))], lets
+    return [i for i, r in found if r.time_only or all(map(known, below((r.zero,))))], lets
 
 
 def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
@@ -199,7 +199,7 @@ def _by_way_of_variables(program: Program) -> dict[int, _Values]:
         return e.op not in (Op.PRE, Op.PAST, Op.APPLY)
 
     for s in chain(program.roots, *program.levels, program.rest, program.roots):
-        if isinstance(s, Let) and all(map(follows, postorder((s.value,)))):
+        if isinstance(s, Let) and all(map(follows, below((s.value,)))):
             lets[s.target] = s.value
     return {i: lets for i in asked if program.relations[i].zero in lets}
 
@@ -257,10 +257,10 @@ def _needed(zero: Expr, lets: _Values) -> list[Expr]:
                 order.append(e)
             continue
         stack.append((e, True))
-        below = (lets[e],) if e in lets else (e,)
+        roots = (lets[e],) if e in lets else (e,)
         stack.extend(
             (leaf, False)
-            for leaf in postorder(below)
+            for leaf in postorder(roots)
             if leaf.op is Op.SYMBOL and leaf in lets and leaf is not e
         )
     return order
