@@ -30,18 +30,17 @@ class Differentiator:
         return fold(root, self._memo, self._derive)
 
     def _derive(self, e: Expr) -> Expr:
-        t = self._table
-        op, args = e.op, e.args
-        if op is _CONST:
-            return t.zero
-        if not args:
+        if e.op is _CONST:
+            return self._table.zero
+        if not e.args:
             return self._leaf(e)
-        d = list(map(self._memo.__getitem__, args))
-        return t.zero if d.count(t.zero) == len(d) else self._by_arguments(e, d)
+        return self._by_arguments(e, list(map(self._memo.__getitem__, e.args)))
 
-    def _by_arguments(self, e: Expr, d: Sequence[Expr]) -> Expr:
+    def _by_arguments(self, e: Expr, d: list[Expr]) -> Expr:
         """d(e), given those of its arguments."""
         t, op, args = self._table, e.op, e.args
+        if d.count(t.zero) == len(d):
+            return t.zero
         if op is _ADD:
             return t.add(*d)
         if op is _NEG:
