@@ -19,8 +19,9 @@ import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from enum import Enum
-from functools import cached_property
+from itertools import islice
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -155,44 +156,55 @@ class Crew(Generic[Job, Result]):
 
 
 class Aside(Generic[Result]):
-    """`work` done meanwhile by a process of its own, where there is a core for it and nothing that
-    a fork would hurt; else here, when it is asked for.
+    """What `work` yields, done meanwhile by a process of its own, where there is a core for it and
+    nothing that a fork would hurt; else here, when it is asked for.
 
-    with Aside(work) as aside: ...; aside.result()
+    with Aside(work) as aside: ...; first = next(aside); ...; last = next(aside)
+
+    Where the process is lost, or `work` raises there, it is done again. What is not asked for yet
+    waits in a pipe: results that are long hold the process up.
     """
 
-    def __init__(self, work: Callable[[], Result], limit: float = 60.0) -> None:
+    def __init__(self, work: Callable[[], Iterator[Result]], limit: float = 60.0) -> None:
         self._work = work
-        self._crew: Crew[None, Result | None] | None = None
+        self._given = 0
+        self._here: Iterator[Result] | None = None
+        self._process: BaseProcess | None = None
+        self._deadline = monotonic() + limit
         if _FORKS and cores() > 1 and active_count() == 1:
-            self._crew = Crew(lambda _: _quietly(work), 1, limit)
-            self._crew.add([None])
-            self._crew.begin()
+            self._connection, theirs = multiprocessing.Pipe()
+            arguments = (theirs, work, MEMORY, os.getpid(), [self._connection])
+            begin = multiprocessing.get_context("fork").Process
+            self._process = begin(target=_yield, args=arguments, daemon=True)
+            self._process.start()
+            theirs.close()
 
-    def result(self) -> Result:
-        """What it gives; where the process is lost, or `work` raised there, it is done again."""
-        return self._found
+    def __next__(self) -> Result:
+        if self._process is not None:
+            try:
+                if self._connection.poll(max(0.0, self._deadline - monotonic())):
+                    found: Result = self._connection.recv()
+                    self._given += 1
+                    return found
+            except (EOFError, OSError):
+                pass
+            self._end()
+        if self._here is None:
+            self._here = islice(self._work(), self._given, None)
+        return next(self._here)
 
-    @cached_property
-    def _found(self) -> Result:
-        for _, found in self._crew or ():
-            if found is not None and not isinstance(found, Lost):
-                return found
-        return self._work()
+    def _end(self) -> None:
+        if self._process is not None:
+            self._connection.close()
+            self._process.kill()
+            self._process.join()
+            self._process = None
 
     def __enter__(self) -> Aside[Result]:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._crew is not None:
-            self._crew.end()
-
-
-def _quietly(work: Callable[[], Result]) -> Result | None:
-    try:
-        return work()
-    except Exception:
-        return None
+        self._end()
 
 
 def cores() -> int:
@@ -210,17 +222,36 @@ def _serve(
     inherited: Iterable[Connection],
 ) -> None:
     """Do jobs in a process of the crew. `inherited`: ends of pipes of the first process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
-    _end_with(parent)
-    for other in inherited:
-        other.close()  # else nobody would notice that its owner is gone
-    _bound_memory(memory)
+    _settle(memory, parent, inherited)
     while True:
         try:
             job: Job = connection.recv()
         except (EOFError, OSError):
             return
         connection.send(work(job))
+
+
+def _yield(
+    connection: Connection,
+    work: Callable[[], Iterator[Result]],
+    memory: int,
+    parent: int,
+    inherited: Iterable[Connection],
+) -> None:
+    """Send what it yields. The other end looks itself for why it ends too early."""
+    _settle(memory, parent, inherited)
+    with suppress(Exception):
+        for found in work():
+            connection.send(found)
+
+
+def _settle(memory: int, parent: int, inherited: Iterable[Connection]) -> None:
+    """Begin as a process that the first one ends, and that may take so much memory."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process ends the others
+    _end_with(parent)
+    for other in inherited:
+        other.close()  # else nobody would notice that its owner is gone
+    _bound_memory(memory)
 
 
 def _end_with(parent: int) -> None:

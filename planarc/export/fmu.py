@@ -19,9 +19,10 @@ Raises:    PlanarcError C300 for what cannot be exported, and what a start may r
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import cache
 from hashlib import sha256
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
@@ -37,6 +38,7 @@ from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
+    from planarc.export.fmi.variables import Dependencies
 
 
 class Platform(Data):
@@ -82,10 +84,10 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.entries import INTEGER
     from planarc.export.fmi.terminals import describe_terminals
-    from planarc.export.fmi.variables import interface, with_dependencies
+    from planarc.export.fmi.variables import dependencies, interface
     from planarc.export.idle import without_idle
     from planarc.export.image import take_image
-    from planarc.export.module import Derived, derived, write
+    from planarc.export.module import derived, write
     from planarc.export.objects import compile_all
     from planarc.instance.stored import FILE
 
@@ -109,29 +111,32 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     # What people read is no list of numbers, nor what implicit steps ask for again and again.
     spelled = not (wishes.source or wishes.stiff)
 
-    def besides() -> tuple[str, str, Derived]:
-        """The description without its token, the terminals, and the derivatives."""
+    def besides() -> Iterator[Any]:
+        """What depends on what, where there are derivatives, and these."""
         slopes = None if crowded else derivatives(program, shown)
-        known = shown if slopes is None else with_dependencies(program, shown, slopes)
-        told = Told(wishes.version, identifier, "", _tool(), slopes is not None,
+        yield None if slopes is None else dependencies(program, shown, slopes)
+        yield derived(program, image, slopes, spelled)
+
+    @cache
+    def draft() -> str:
+        """The description without its token."""
+        known: Dependencies | None = next(aside)
+        told = Told(wishes.version, identifier, "", _tool(), known is not None,
                     COMPILED if wishes.source else (), not crowded)  # fmt: skip
-        return (describe(program, known, told), describe_terminals(program, known),
-                derived(program, image, slopes, spelled))  # fmt: skip
+        return describe(program, replace(shown, dependencies=known or {}), told)
 
     def token() -> str:
-        draft = aside.result()[0]
-        return "{" + sha256(draft.encode() + image.w.tobytes()).hexdigest()[:32] + "}"
+        return "{" + sha256(draft().encode() + image.w.tobytes()).hexdigest()[:32] + "}"
 
     with Aside(besides) as aside:
-        documented = documents(compiled, shown)
-        written = write(program, image, entries, token, tolerance, lambda: aside.result()[2],
+        files = documents(compiled, shown)
+        written = write(program, image, entries, token, tolerance, lambda: next(aside),
                         spelled=spelled, apart=not wishes.source)  # fmt: skip
-        draft, terminals, _ = aside.result()
-    if terminals and wishes.version == 3:
-        documented["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
+    if wishes.version == 3 and (terminals := describe_terminals(program, shown)):
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     key = "instantiationToken" if wishes.version == 3 else "guid"
-    text = draft.replace(f'{key}=""', f'{key}="{token()}"', 1)
-    files = {"modelDescription.xml": text.encode(), **documented}
+    text = draft().replace(f'{key}=""', f'{key}="{token()}"', 1)
+    files = {"modelDescription.xml": text.encode(), **files}
     modules = written.texts
     if written.stored:
         files[f"resources/{FILE}"] = written.stored

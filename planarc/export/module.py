@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
@@ -206,8 +206,10 @@ def write(
     """The modules as texts, which are the same for all platforms: what many models share
     (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
     steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged. The `token` and the `slopes` are asked for late. `spelled`: large
-    models carry out what runs seldom (`spelled`); `apart`: many numbers may stand in a file."""
+    while something is dragged. The `token` is asked for late, the `slopes` once and behind it.
+    `spelled`: large models carry out what runs seldom (`spelled`); `apart`: many numbers may stand
+    in a file."""
+    slopes = cache(slopes)
     own, stored = _own(program, image, entries, token, tolerance, slopes, derivatives,
                        _carrier(program, image, spelled), apart)  # fmt: skip
     shared = _shared(program, entries, derivatives, bool(stored))
@@ -275,24 +277,24 @@ def _own(
         (ir(program, small, rows if small else None, carrier),
          *tables_of(program, image), action_functions(program), felt)
     )  # fmt: skip
+    discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
+    settable = rules(program, image.held, tunable_parameters(program))
+    lags = image.lags
+    ends, values = templates(program, entries.as_shown)
+    late = delay_messages(program, lags)
+    ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
+    seal = int.from_bytes(sha256(token().encode()).digest()[:7])
     found = slopes()
     of_slopes, constants = [*found.rows], []
     if carrier is not None:
         if found.carrier is not None:
             of_slopes[0] = carrier.join(found.carrier)
         functions, constants = f"{functions}\n{carrier.text(rows)}", carrier.constants
-    discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
-    settable = rules(program, image.held, tunable_parameters(program))
     unpacked = [*found.nodes, *settable, *discretes, *rows.numbers, *of_slopes, *found.tape]
-    lags = image.lags
     planned = partial(make_plan, program, image.held, len(image.scales), found.tape,
                       (len(rows.numbers), len(of_slopes)), kept, area, most_values(program), lags,
                       0 if carrier is None else carrier.room, len(constants),
                       0 if carrier is None else carrier.words)  # fmt: skip
-    ends, values = templates(program, entries.as_shown)
-    late = delay_messages(program, lags)
-    ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
-    seal = int.from_bytes(sha256(token().encode()).digest()[:7])
     told, stored, plan = messages_by_number(ends, apart), b"", planned()
     words, packed = image_words(program, image, plan, tolerance, constants), pack(unpacked)
     if apart and len(zlib.compress(stored_bytes([*words, *packed]))) > _MANY:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import version
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -152,9 +152,9 @@ def compile_all(texts: Sequence[str], triples: Collection[str]) -> dict[str, tup
     alone = [t for t in triples if t not in together]
     if not together or not alone:
         return made(triples)
-    with Aside(partial(made, alone)) as aside:
+    with Aside(lambda: iter((made(alone),))) as aside:
         found = made(together)
-        return found | aside.result()
+        return found | next(aside)
 
 
 def _kept(text: str, triple: str, called: Set[str]) -> bytes:

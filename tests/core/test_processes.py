@@ -8,7 +8,7 @@ import select
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -111,47 +111,94 @@ def test_work_aside(
 ) -> None:
     monkeypatch.setattr(processes, "cores", lambda: cores)
     monkeypatch.setattr(processes, "active_count", lambda: threads)
-    with Aside(os.getpid) as aside:
-        assert (aside.result() != os.getpid()) == beside
+
+    def work() -> Iterator[int]:
+        yield os.getpid()
+        yield 2
+
+    with Aside(work) as aside:
+        assert (next(aside) != os.getpid()) == beside
+        assert next(aside) == 2
+        with pytest.raises(StopIteration):
+            next(aside)
+
+
+@pytest.fixture
+def two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processes, "cores", lambda: 2)
+    monkeypatch.setattr(processes, "active_count", lambda: 1)
 
 
 @FORKED
+@pytest.mark.usefixtures("two_cores")
+@pytest.mark.parametrize("before", [0, 1, 2])
 def test_work_that_fails_aside_is_done_again(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    before: int, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(processes, "cores", lambda: 2)
-    monkeypatch.setattr(processes, "active_count", lambda: 1)
+    """What it yielded before comes once, from there."""
     here = os.getpid()
 
-    def raises() -> int:
+    def fails(how: Callable[[], None]) -> Iterator[tuple[int, bool]]:
+        for i in range(before):
+            yield i, os.getpid() == here
         if os.getpid() != here:
-            raise ValueError
-        return 1
+            how()
+        yield before, True
 
-    def dies() -> int:
-        if os.getpid() != here:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return 2
+    def raises() -> None:
+        raise ValueError
 
-    def fails() -> int:
-        raise ZeroDivisionError
+    def dies() -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
 
-    for work, found in ((raises, 1), (dies, 2)):
-        with Aside(work) as aside:
-            assert aside.result() == found
-    with Aside(fails) as aside, pytest.raises(ZeroDivisionError):
-        aside.result()
+    for how in (raises, dies):
+        with Aside(lambda how=how: fails(how)) as aside:
+            found = [next(aside) for _ in range(before + 1)]
+        assert found == [*((i, False) for i in range(before)), (before, True)]
     assert capfd.readouterr().err == ""
 
 
 @FORKED
+@pytest.mark.usefixtures("two_cores")
+def test_work_that_fails_here_as_well_says_so() -> None:
+    def fails() -> Iterator[int]:
+        yield 1
+        raise ZeroDivisionError
+
+    with Aside(fails) as aside:
+        assert next(aside) == 1
+        with pytest.raises(ZeroDivisionError):
+            next(aside)
+
+
+@FORKED
+@pytest.mark.usefixtures("two_cores")
+def test_work_aside_that_takes_too_long_is_done_here(hang: Callable[[], None]) -> None:
+    here = os.getpid()
+
+    def work() -> Iterator[int]:
+        if os.getpid() != here:
+            hang()
+        yield 1
+
+    with Aside(work, limit=0.2) as aside:
+        assert next(aside) == 1
+
+
+@FORKED
+@pytest.mark.usefixtures("two_cores")
+@pytest.mark.parametrize("length", [1, 10**6])
 def test_nothing_is_left_of_work_that_nobody_asks_for(
-    monkeypatch: pytest.MonkeyPatch, hang: Callable[[], None]
+    length: int, hang: Callable[[], None]
 ) -> None:
-    monkeypatch.setattr(processes, "cores", lambda: 2)
-    monkeypatch.setattr(processes, "active_count", lambda: 1)
+    """Whether it hangs, or waits until its result is read."""
     before = set(multiprocessing.active_children())
-    with pytest.raises(KeyboardInterrupt), Aside(hang):
+
+    def work() -> Iterator[bytes]:
+        yield bytes(length)
+        hang()
+
+    with pytest.raises(KeyboardInterrupt), Aside(work):
         assert set(multiprocessing.active_children()) != before
         raise KeyboardInterrupt
     assert set(multiprocessing.active_children()) == before

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from msgspec import field
 from msgspec.structs import replace
@@ -64,6 +64,10 @@ class Seen(Data):
     aliases: tuple[Column, ...] = ()
 
 
+#: Of outputs and derivatives of states: references of what they depend on, and how.
+Dependencies: TypeAlias = "Mapping[int, Mapping[int, str]]"
+
+
 class Interface(Data):
     """`states` and `rates` are references, in the order of the states."""
 
@@ -71,18 +75,17 @@ class Interface(Data):
     states: tuple[int, ...]
     rates: tuple[int, ...]
     indicators: tuple[int, ...] = ()
-    #: Of outputs and derivatives of states: references of what they depend on, and how.
-    dependencies: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+    dependencies: Dependencies = field(default_factory=dict)
 
 
-def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Interface:
-    """With what outputs and derivatives depend on, where the states are always the same and it is
-    known what moves with the time."""
+def dependencies(program: Program, shown: Interface, slopes: Slopes) -> Dependencies:
+    """What outputs and derivatives depend on, where the states are always the same and it is known
+    what moves with the time; else nothing."""
     from planarc.export.fmi.dependencies import KINDS, find_dependencies
 
     nodes = {slot: node for node, slot in enumerate(slopes.slots) if slot >= 0}
     if any(r >= 8 * program.size for r in shown.states) or 0 not in nodes:
-        return shown
+        return {}
     own = [v.reference for v in shown.variables if v.causality in ("input", "independent")]
     knowns = {nodes[r // 8]: r for r in (*shown.states, *own) if r // 8 in nodes}
     tunable = tunable_parameters(program)
@@ -91,15 +94,12 @@ def with_dependencies(program: Program, shown: Interface, slopes: Slopes) -> Int
     # At events outputs may follow anything, by relations and what is held between events.
     outputs = [v.reference for v in shown.variables if not is_eventful(program)
                and v.causality == "output" and v.kind == NUMBER]  # fmt: skip
-    return replace(
-        shown,
-        dependencies={
-            r: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
-            if (slot := r % OTHER // 8) in nodes
-            else {}
-            for r in (*outputs, *shown.rates)
-        },
-    )
+    return {
+        r: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
+        if (slot := r % OTHER // 8) in nodes
+        else {}
+        for r in (*outputs, *shown.rates)
+    }
 
 
 def interface(
