@@ -288,7 +288,9 @@ def span(values: Sequence[Any]) -> tuple[float, float] | None:
     """The least and the largest finite number of numbers and columns; None where there is none."""
     if not values:
         return None
-    numbers = np.concatenate([np.ravel(_plain(v)) for v in values])
+    columns = [v for v in values if isinstance(v, np.ndarray) and v.ndim]
+    single = [v for v in values if not (isinstance(v, np.ndarray) and v.ndim)]
+    numbers = np.concatenate([np.array([*map(_plain, single)]), *map(_plain, columns)])
     finite = numbers[np.isfinite(numbers)]
     if not finite.size:
         return None

@@ -7,6 +7,7 @@ fits        what was left out of redundant joints
 crowds      what its crowds read and set
 image       its first content: the assembly found here, at export
 module      the code as LLVM modules
+shared      of it what many models share
 parted      what of it calls the host, or is called by it, and the rest
 objects     their machine code, for a kind of processor
 fmi         the interface: model description and functions of the standard

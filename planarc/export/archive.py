@@ -25,8 +25,8 @@ _VERSION, _UNIX = 20, 3 << 8
 _UTF8, _DEFLATED = 1 << 11, 8
 _FIRST_DAY = 1 << 5 | 1  # the first of January 1980
 _MODE = 0o100644 << 16
-#: How much zlib collects, on its scale from 1 to 9: texts pack better with less.
-_COLLECTED = (4, 6)
+#: How much zlib collects, on its scale from 1 to 9: texts pack better with less than code.
+_OF_TEXTS, _OF_OTHERS = 4, 6
 
 
 def write_archive(files: Mapping[str, bytes]) -> bytes:
@@ -46,9 +46,6 @@ def write_archive(files: Mapping[str, bytes]) -> bytes:
 
 
 def _packed(data: bytes) -> bytes:
-    return min((_packed_by(data, collected) for collected in _COLLECTED), key=len)
-
-
-def _packed_by(data: bytes, collected: int) -> bytes:
+    collected = _OF_OTHERS if b"\0" in data else _OF_TEXTS
     packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS, collected)
     return packer.compress(data) + packer.flush()

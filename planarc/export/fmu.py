@@ -137,15 +137,14 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     key = "instantiationToken" if wishes.version == 3 else "guid"
     text = draft().replace(f'{key}=""', f'{key}="{token()}"', 1)
     files = {"modelDescription.xml": text.encode(), **files}
-    modules = written.texts
     if written.stored:
         files[f"resources/{FILE}"] = written.stored
     if wishes.source:
-        sources = library_sources(program, modules, entries, wishes.version)
+        sources = library_sources(program, written.texts, entries, wishes.version)
         if wishes.version == 3:
             sources["buildDescription.xml"] = describe_build(identifier)
         files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
-    objects = compile_all(modules, dict.fromkeys(kind.triple for kind in folders.values()))
+    objects = compile_all(written, dict.fromkeys(kind.triple for kind in folders.values()))
     for folder, kind in folders.items():
         name = f"{identifier}.{kind.ending}"
         files[f"binaries/{folder}/{name}"] = make_library(
@@ -183,6 +182,10 @@ def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Seque
     from planarc.runtime.link.objects import put_together, read_object
 
     found = put_together(by_ways([read_object(part) for part in code]))
+    lacking = {i: s.name for i, s in enumerate(found.symbols)
+               if s.section is None and s.name.startswith(("pc_", "px_"))}  # fmt: skip
+    used = {lacking[r.symbol] for s in found.sections for r in s.relocations if r.symbol in lacking}
+    assert not used, f"no system has {', '.join(sorted(used))}"
     if kind.ending == "dll":
         return pe.write_library(found, name, public, "ucrtbase.dll")
     if kind.ending == "dylib":

@@ -25,10 +25,8 @@ from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, V
 from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
-from planarc.codegen.native.operations import operate_function
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir, weight
-from planarc.codegen.native.runtime import runtime_text
 from planarc.core.data import Data
 from planarc.export.crowds import crowd_functions as tell_crowds
 from planarc.export.crowds import member_names
@@ -36,7 +34,8 @@ from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
-from planarc.export.pruned import calls_in, prune
+from planarc.export.pruned import asked_in
+from planarc.export.shared import Shared, Traits
 from planarc.export.tables import (
     home_words,
     image_words,
@@ -50,17 +49,9 @@ from planarc.export.tables import (
 )
 from planarc.export.tunable import tunable_parameters
 from planarc.instance.actions import action_functions, carry_values, endings, errors, reader
-from planarc.instance.advance import advance_functions
-from planarc.instance.block import block_functions
 from planarc.instance.clauses import ordered_discretes
 from planarc.instance.contact.area import kept_words, sizes
-from planarc.instance.contact.functions import contact_functions
 from planarc.instance.crowd import layout as crowd
-from planarc.instance.crowd.functions import crowd_functions
-from planarc.instance.ends import end_functions
-from planarc.instance.events import event_functions
-from planarc.instance.instants import instant_functions
-from planarc.instance.past.functions import past_functions
 from planarc.instance.plan import (
     Jam,
     Own,
@@ -70,18 +61,11 @@ from planarc.instance.plan import (
     make_plan,
     rules,
 )
-from planarc.instance.relations import relation_functions
-from planarc.instance.said import MARK, said_functions
-from planarc.instance.settling import settling_functions
-from planarc.instance.slopes import nodes_of, slope_functions
-from planarc.instance.start import start_functions
-from planarc.instance.states import state_functions
-from planarc.instance.steps import step_functions
-from planarc.instance.stiff import stiff_functions
-from planarc.instance.stored import stored_bytes, stored_functions
+from planarc.instance.said import MARK
+from planarc.instance.slopes import nodes_of
+from planarc.instance.stored import stored_bytes
 from planarc.instance.text import text_constant
 from planarc.instance.touches import touch_functions
-from planarc.instance.uneventful import uneventful_functions
 from planarc.ir.derivatives import Head, Scope
 from planarc.ir.frame import Frame
 from planarc.ir.program import Program
@@ -106,61 +90,21 @@ _LARGE = 800
 SHARED = 2
 #: So many bytes, packed, pay for a file.
 _MANY = 3000
-#: In the place of the kernel's.
-_SOLVER = """
-declare i32 @pc_solve(ptr, ptr, ptr, ptr, ptr, i64)
-declare i32 @pc_again(ptr, ptr, ptr, ptr, ptr, ptr, i64, i64, i64)
-"""
-#: In the place of implicit steps, which nothing can choose there.
-_EXPLICIT = """
-define i32 @px_stiff(ptr %m, double %t, double %h) nounwind {
-  ret i32 1
-}
-define double @px_stiff_error(ptr %m) nounwind {
-  ret double 0x7E37E43C8800759C
-}
-"""
-#: Where nothing touches, nothing is remembered of touches.
-_APART = """
-define void @px_unstruck(ptr %m) nounwind {
-  ret void
-}
-"""
-#: What the functions that all models share call of a model's own, and its tables.
-_MODEL = """
-declare i32 @pc_parameters(ptr, double)
-declare i32 @px_asserts(ptr, double)
-declare ptr @px_message(ptr, i32)
-declare ptr @px_subject(i64)
-declare void @px_values(ptr, i64)
-declare ptr @calloc(i64, i64)
-declare void @free(ptr)
-declare void @px_branches(ptr, i64)
-declare i32 @px_assign(ptr, double)
-declare i64 @px_act(ptr, double)
-declare void @px_feel(ptr, double, ptr)
-declare void @px_samples(ptr, ptr)
-declare i32 @pc_discrete(ptr, double)
-declare double @pow(double, double)
-declare double @llvm.ceil.f64(double)
-declare double @llvm.maximum.f64(double, double)
-declare i64 @llvm.ctpop.i64(i64)
-declare i32 @pc_slopes_all(ptr, double, ptr)
-"""
-_TABLES = (
-    *("plan", "image", "token", "name", "open", "stay", "follow", "angles"),
-    *("nominals", "system", "wanted", "starts", "packed", "seal", "relations", "sampled"),
-    "quiet_slots",
-    "touches",
-)
 
 
 class Written(Data):
-    """The modules as texts, and what is to stand in the file of numbers; nothing where the texts
-    hold all."""
+    """The modules: what many models share, elimination, the model's own functions, its derivatives;
+    and what is to stand in the file of numbers, nothing where the texts hold all."""
 
-    texts: tuple[str, ...]
-    stored: bytes
+    shared: Shared
+    solver: str
+    own: str
+    derivatives: str
+    stored: bytes = b""
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        return self.shared.text, self.solver, self.own, self.derivatives
 
 
 class Derived(Data):
@@ -187,15 +131,15 @@ def derived(program: Program, image: Image, slopes: Slopes | None, spelled: bool
     return Derived(text, slopes.tape(), nodes, rows.numbers, carrier, True)
 
 
-def write_texts(
+def write_whole(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float,
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
-) -> tuple[str, ...]:  # fmt: skip
-    """The modules as texts that hold all."""
+) -> Written:  # fmt: skip
+    """The modules, whose texts hold all."""
     found = derived(program, image, slopes, spelled)
     return write(
         program, image, entries, lambda: token, tolerance, lambda: found, derivatives, spelled
-    ).texts
+    )
 
 
 def write(
@@ -203,19 +147,24 @@ def write(
     slopes: Callable[[], Derived], derivatives: bool = True, spelled: bool = False,
     apart: bool = False,
 ) -> Written:  # fmt: skip
-    """The modules as texts, which are the same for all platforms: what many models share
-    (`SHARED`), the model's own, and its derivatives. Without `derivatives` nothing asks for them,
-    steps are explicit, and the model's own functions are quick rather than small: a page runs them
-    while something is dragged. The `token` is asked for late, the `slopes` once and behind it.
+    """The modules, which are the same for all platforms. Without `derivatives` nothing asks for
+    them, steps are explicit, and the model's own functions are quick rather than small: a page runs
+    them while something is dragged. The `token` is asked for late, the `slopes` once and behind it.
     `spelled`: large models carry out what runs seldom (`spelled`); `apart`: many numbers may stand
     in a file."""
     slopes = cache(slopes)
     own, stored = _own(program, image, entries, token, tolerance, slopes, derivatives,
                        _carrier(program, image, spelled), apart)  # fmt: skip
-    shared = _shared(program, entries, derivatives, bool(stored))
-    shared = lead(shared) if stored else shared
-    shared = prune(shared, {*entries.names, *calls_in(own)})
-    return Written((shared, _solver(program), own, slopes().text), stored)
+    traits = Traits(
+        touches=bool(Points(program).all),
+        delayed=bool(program.delays),
+        crowded=bool(crowd_names(program)),
+        eventful=is_eventful(program),
+        derived=derivatives and not crowd_names(program),
+        apart=bool(stored),
+    )
+    shared = Shared(traits, entries, asked_in(own))
+    return Written(shared, _solver(program), own, slopes().text, stored)
 
 
 def _carrier(program: Program, image: Image, wanted: bool, joins: bool = False) -> Carrier | None:
@@ -223,34 +172,6 @@ def _carrier(program: Program, image: Image, wanted: bool, joins: bool = False) 
     if not wanted or weight(program) < _LARGE:
         return None
     return Carrier(Own.OPERATIONS, *distances(program, image.lags), joins)
-
-
-def _shared(program: Program, entries: Entries, derivatives: bool, apart: bool) -> str:
-    """The kernel's functions, the instance's and the interface's."""
-    touches, delayed = bool(Points(program).all), bool(program.delays)
-    crowded, events = bool(crowd_names(program)), uneventful_functions()
-    if is_eventful(program):
-        events = (*relation_functions(), *instant_functions(delayed), *settling_functions(),
-                  *event_functions(delayed, entries.tells, apart, crowded),
-                  *end_functions())  # fmt: skip
-    derived = derivatives and not crowded
-    functions = (
-        *block_functions(delayed, apart, crowded),
-        *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),
-        operate_function(),
-        *said_functions(),
-        *start_functions(apart),
-        *state_functions(),
-        *(() if crowded else step_functions(delayed)),
-        *advance_functions(delayed, crowded),
-        *events,
-        *(past_functions(crowded) if delayed else ()),
-        *(crowd_functions(delayed) if crowded else contact_functions() if touches else (_APART,)),
-        *((*slope_functions(), *stiff_functions()) if derived else (_EXPLICIT,)),
-        entries.text(),
-    )
-    tables = "".join(f"@px_{name} = external constant [0 x i64]\n" for name in _TABLES)
-    return "\n".join((runtime_text(_SOLVER), _MODEL, tables, *functions))
 
 
 def _solver(program: Program) -> str:

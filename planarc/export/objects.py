@@ -18,7 +18,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
-from functools import cache
+from enum import Enum
+from functools import cache, cached_property
 from importlib.metadata import version
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -29,9 +30,9 @@ from planarc.core import cache as store
 from planarc.core.data import Data
 from planarc.core.processes import Aside
 from planarc.export.link.bridge import called_inside, ways
-from planarc.export.module import SHARED, write_texts
-from planarc.export.parted import names_in, part
-from planarc.export.pruned import calls_in, numbers_of, without
+from planarc.export.module import Written, write_whole
+from planarc.export.parted import divide, names_in
+from planarc.export.pruned import NONE, asked_in, calls_in, numbers_of, without
 from planarc.instance.block import LARGER
 from planarc.instance.plan import Table
 from planarc.runtime.link.objects import read_object
@@ -39,6 +40,7 @@ from planarc.runtime.link.objects import read_object
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
     from planarc.export.image import Image
+    from planarc.export.shared import Shared
     from planarc.ir.program import Program
 
 #: What an instance does is marked, and what passes derivatives on: the time of a run goes into the
@@ -105,25 +107,26 @@ def compile_library(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
 ) -> tuple[bytes, ...]:
     """The objects of an exported model without derivatives, for a system and its processor."""
-    texts = write_texts(program, image, entries, token, tolerance, None, False)
-    return compile_texts(texts, triple)
+    return compile_for(write_whole(program, image, entries, token, tolerance, None, False), triple)
 
 
-def compile_texts(texts: Sequence[str], triple: str) -> tuple[bytes, ...]:
-    """Their objects for a system."""
-    return compile_all(texts, (triple,))[triple]
+def compile_for(written: Written, triple: str) -> tuple[bytes, ...]:
+    """The objects of a model for a system."""
+    return compile_all(written, (triple,))[triple]
 
 
-def compile_all(texts: Sequence[str], triples: Collection[str]) -> dict[str, tuple[bytes, ...]]:
-    """Their objects for several systems; those of shared texts are kept. The model's own are made
+def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[bytes, ...]]:
+    """Its objects for several systems; those of shared texts are kept. The model's own are made
     once for those that call alike inside; systems that share nothing are made beside the others."""
-    shared, others = texts[:SHARED], texts[SHARED:]
-    numbers = numbers_of(others[0], "px_plan")[: Table.POINTERS]
-    called = {n for text in texts[1:] for n in calls_in(text)}
-    fitting = [without(text, "px_plan", numbers) for text in shared]
-    parts = part(fitting[0])
-    names = [called | names_in(text) for text in parts]
+    others = (written.own, written.derivatives)
+    numbers = numbers_of(written.own, "px_plan")[: Table.POINTERS]
+    asked = {n for text in (written.solver, *others) for n in asked_in(text)}
+    shared = _Shared(written.shared, numbers, asked)
     shared_by = {system.inside for system in SYSTEMS.values()}
+
+    def solver(triple: str) -> bytes:
+        text = without(written.solver, "px_plan", numbers)
+        return _kept(text, triple, names_in(text))
 
     @cache
     def own(triple: str) -> tuple[bytes, ...]:
@@ -131,16 +134,15 @@ def compile_all(texts: Sequence[str], triples: Collection[str]) -> dict[str, tup
 
     @cache
     def inner(triple: str) -> tuple[bytes, ...]:
-        return _kept(parts[0], triple, names[1]), _kept(fitting[1], triple, called), *own(triple)
+        return shared.compiled(Part.INNER, triple), solver(triple), *own(triple)
 
     def all_of(triple: str) -> Iterator[bytes]:
         inside = SYSTEMS[triple].inside
         if not inside and triple not in shared_by:
-            yield from (_kept(text, triple, called) for text in fitting)
-            yield from own(triple)
+            yield from (shared.compiled(Part.WHOLE, triple), solver(triple), *own(triple))
             return
-        outer = called_inside(parts[1]) if inside else parts[1]
-        made = [_kept(outer, triple, names[0]), *inner(inside or triple)]
+        outer = Part.OUTER_CALLED if inside else Part.OUTER
+        made = [shared.compiled(outer, triple), *inner(inside or triple)]
         yield from made
         if inside:
             yield _compiled(ways(map(read_object, made)), triple)
@@ -157,12 +159,62 @@ def compile_all(texts: Sequence[str], triples: Collection[str]) -> dict[str, tup
         return found | next(aside)
 
 
+class Part(Enum):
+    """Of what models share."""
+
+    WHOLE = "whole"
+    INNER = "inner"
+    OUTER = "outer"
+    OUTER_CALLED = "outer, called in another way"
+
+
+class _Shared:
+    """The objects of what models share. `numbers` are those of the model's plan, and `asked` is
+    what its other modules ask for. Their names are known by what the text hangs on: it is written
+    where that is new."""
+
+    def __init__(self, shared: Shared, numbers: Sequence[int], asked: Set[str]) -> None:
+        self._shared, self._numbers, self._asked = shared, numbers, asked
+
+    def compiled(self, part: Part, triple: str) -> bytes:
+        none = ("".join(str(n) if n in NONE else "." for n in self._numbers),)
+        asked = ("", *sorted(self._asked), "")
+        known = _name(part.value, triple, *none, *asked, *self._shared.key)
+        name = (store.load("native", known) or b"").decode()
+        found = store.load("native", name) if name else None
+        if found is None:
+            text, called = self._texts[part]
+            found = _kept(text, triple, called)
+            store.store("native", known, _name_of(text, triple, called).encode())
+        return found
+
+    @cached_property
+    def _texts(self) -> dict[Part, tuple[str, Set[str]]]:
+        """Each part, and what is called from elsewhere."""
+        text = without(self._shared.text, "px_plan", self._numbers)
+        inner, outer = divide(text)
+        by_outer, by_inner = self._asked | names_in(outer), self._asked | names_in(inner)
+        return {
+            Part.WHOLE: (text, self._asked),
+            Part.INNER: (inner, by_outer),
+            Part.OUTER: (outer, by_inner),
+            Part.OUTER_CALLED: (called_inside(outer), by_inner),
+        }
+
+
+def _name(*parts: str) -> str:
+    return store.key("exported", version("llvmlite"), *parts)
+
+
+def _name_of(text: str, triple: str, called: Set[str]) -> str:
+    return _name(triple, *sorted(called & calls_in(text)), text)
+
+
 def _kept(text: str, triple: str, called: Set[str]) -> bytes:
-    called = called & calls_in(text)
-    name = store.key("exported", version("llvmlite"), triple, *sorted(called), text)
+    name = _name_of(text, triple, called)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(text, triple, _PASSES, called)
+        known = _compiled(text, triple, _PASSES, called & calls_in(text))
         store.store("native", name, known)
     return known
 

@@ -25,7 +25,7 @@ _HEAD = re.compile(r"define (\S+) @(\w+)\((.*?)\)")
 _CONSTANT = re.compile(r"^@(\w+) = (?:external )?constant (\[\d+ x \w+\]).*$")
 
 
-def part(text: str) -> tuple[str, str]:
+def divide(text: str) -> tuple[str, str]:
     """The inner part, the outer part."""
     functions = {f[1]: f[0] for f in FUNCTION.finditer(text)}
     outer = {n for n, body in functions.items() if not _OURS.match(n) or _OF_HOST.search(body)}

@@ -13,9 +13,11 @@ from collections.abc import Iterable, Iterator
 
 from planarc.instance.plan import is_settable
 from planarc.ir.expr import Expr, symbols, text
+from planarc.ir.once import once
 from planarc.ir.program import Let, Program, Solve, Statement
 
 
+@once
 def tunable_parameters(program: Program) -> frozenset[str]:
     """Names of parameters that can be set, and of those that follow from them."""
     solved = any(isinstance(s, Solve) for s in program.parameters)

@@ -26,7 +26,7 @@ from planarc.export.c.source import make_source
 from planarc.export.fmi.three import functions
 from planarc.export.fmu import make_fmu
 from planarc.export.image import take_image
-from planarc.export.module import write_texts
+from planarc.export.module import write_whole
 from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
 from planarc.export.wishes import Wishes
@@ -431,8 +431,8 @@ def test_a_page_tells_of_bodies_that_overlap() -> None:
 
 def test_functions_have_names_of_their_own() -> None:
     compiled = loaded("Late").compiled()
-    texts = write_texts(compiled.program, take_image(compiled), functions(True, True), "", 1e-8)
-    names = re.findall(r"^define [^@]*@(\w+)\(", texts[0], re.MULTILINE)
+    written = write_whole(compiled.program, take_image(compiled), functions(True, True), "", 1e-8)
+    names = re.findall(r"^define [^@]*@(\w+)\(", written.shared.text, re.MULTILINE)
     assert len(names) > 100 and len(set(names)) == len(names)
 
 

@@ -22,7 +22,7 @@ from planarc.compiler import compile_model
 from planarc.compiler import run as run_model
 from planarc.core.options import RunOptions
 from planarc.export.fmu import make_fmu
-from planarc.export.module import write_texts
+from planarc.export.module import write_whole
 from planarc.export.page.module import make_module
 from planarc.export.wishes import Wishes
 from planarc.instance.past.layout import sizes
@@ -476,7 +476,7 @@ def test_models_without_delays_know_no_past() -> None:
     from planarc.export.image import take_image
 
     model = compile_model(Request(Path("examples/pendulum.pmo")))
-    texts = write_texts(model.program, take_image(model), three.functions(), "", 1e-9)
+    texts = write_whole(model.program, take_image(model), three.functions(), "", 1e-9).texts
     calls = ("px_past", "px_take", "px_record", "px_mark", "px_cross", "px_come_back", "px_link")
     assert not any(name in text for name in calls for text in texts)
 

@@ -19,8 +19,8 @@ from planarc.core.options import RunOptions
 from planarc.export.fmi.three import functions
 from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
-from planarc.export.module import write_texts
-from planarc.export.objects import compile_texts
+from planarc.export.module import write_whole
+from planarc.export.objects import compile_for
 from planarc.request.request import Request
 
 COMPILED = cache(
@@ -33,8 +33,8 @@ WINE = shutil.which("wine")
 def library(platform: str) -> tuple[bytes, tuple[str, ...]]:
     program, kind = COMPILED().program, PLATFORMS[platform]
     entries = functions()
-    code = compile_texts(
-        write_texts(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
+    code = compile_for(
+        write_whole(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
     )
     data = make_library(kind, code, f"FourBar.{kind.ending}", entries.names)
     return data, tuple(entries.names)
@@ -118,8 +118,8 @@ def test_windows_runs_it(tmp_path: Path) -> None:
         c.run("exit", c.constant(7, "i32"))
         c.give()
     entries.also("declare void @exit(i32)\n")
-    code = compile_texts(
-        write_texts(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
+    code = compile_for(
+        write_whole(program, take_image(COMPILED()), entries, "x", 1e-8), kind.triple
     )
     (tmp_path / "a.dll").write_bytes(make_library(kind, code, "a.dll", entries.names))
     own = {"WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all", "PATH": "/usr/bin:/bin",

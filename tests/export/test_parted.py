@@ -12,7 +12,7 @@ from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.export import objects
 from planarc.export.fmu import make_fmu
-from planarc.export.parted import part
+from planarc.export.parted import divide
 from planarc.export.wishes import Wishes
 from planarc.request.request import Request
 from tests.export.fmus import EXAMPLES
@@ -52,7 +52,7 @@ def defined(text: str) -> set[str]:
 
 
 def test_each_part_declares_what_the_other_one_has() -> None:
-    inner, outer = part(TEXT)
+    inner, outer = divide(TEXT)
     assert defined(inner) == {"px_step", "px_inside"}
     assert defined(outer) == {"px_log", "fmi3DoStep", "px_both"}
     assert "declare void @px_log(ptr, i32)" in inner.splitlines()
@@ -78,5 +78,5 @@ def test_windows_and_linux_share_what_is_inside(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_what_calls_the_host_calls_it_as_the_system_does() -> None:
-    inner, outer = part(TEXT)
+    inner, outer = divide(TEXT)
     assert "call void %f" not in inner and "call void %f" in outer

@@ -74,6 +74,7 @@ class _Groups:
     def __init__(self, packs: Sequence[list[int]], before: Before, after: Before) -> None:
         self._packs, self._before, self._after = packs, before, after
         self._members = [[p] for p in range(len(packs))]  # the packs of each group, in their order
+        self._times = [len(pack) for pack in packs]  # of each group, which merging keeps
         self._group, self._time = [0] * len(before), [0] * len(before)
         for p, pack in enumerate(packs):
             for time, i in enumerate(pack):
@@ -84,26 +85,26 @@ class _Groups:
 
     def merge(self) -> None:
         """Those that read each other, most often first, until none may be merged any more."""
-        group, changed = self._group, True
+        group, times, changed = self._group, self._times, True
+        pairs = [
+            (b, i)
+            for i, found in enumerate(self._before)
+            if (here := times[group[i]]) > 1
+            for b in found
+            if times[group[b]] == here
+        ]
         while changed:
             changed = False
-            links = Counter(
-                (group[b], group[i]) for i, found in enumerate(self._before) for b in found
-            )
+            links = Counter((group[b], group[i]) for b, i in pairs)
             for (g, h), _ in sorted(links.items(), key=lambda link: (-link[1], link[0])):
                 changed |= bool(self._members[g] and self._members[h]) and self._merged(g, h)
-
-    def _times(self, group: int) -> int:
-        return len(self._packs[self._members[group][0]])
 
     def _statements(self, group: int) -> Iterator[int]:
         return (i for p in self._members[group] for i in self._packs[p])
 
     def _merged(self, g: int, h: int) -> bool:
-        """Whether `h` became a part of `g`."""
-        if g == h or self._times(g) != self._times(h) or self._times(g) < 2:
-            return False
-        times = self._fitting(g, h)
+        """Whether `h`, which stands there as often, became a part of `g`."""
+        times = None if g == h else self._fitting(g, h)
         if times is None or self._leads(g, h) or self._leads(h, g):
             return False
         for i in self._statements(h):
@@ -126,11 +127,11 @@ class _Groups:
                 at = self._time[other]
                 if self._group[other] == g and found.setdefault(self._time[i], at) != at:
                     return None
-        rest = sorted(set(range(self._times(g))).difference(found.values()))
-        if len(found) + len(rest) != self._times(g):
+        rest = sorted(set(range(self._times[g])).difference(found.values()))
+        if len(found) + len(rest) != self._times[g]:
             return None
         unread = iter(rest)
-        return [found[t] if t in found else next(unread) for t in range(self._times(h))]
+        return [found[t] if t in found else next(unread) for t in range(self._times[h])]
 
     def _leads(self, first: int, last: int) -> bool:
         """Whether a way of reading goes from one group to another by way of a third one."""
@@ -153,7 +154,7 @@ class _Groups:
         order: list[int] = []
         while due:
             _, g = heappop(due)
-            for time in range(self._times(g)):
+            for time in range(self._times[g]):
                 order += [self._packs[p][time] for p in self._members[g]]
             for a in self._behind[g]:
                 waits[a] -= 1

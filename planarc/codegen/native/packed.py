@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 CHUNK = 64
 #: Farthest back, in one byte; it pays where so many more numbers of a chunk grow evenly.
 _FARTHEST, _PAYS = 127, 8
+#: Most bytes of a number: 64 bits.
+_GROUPS = 10
 
 
 class Rows:
@@ -56,41 +58,46 @@ def pack(numbers: Iterable[int]) -> list[int]:
     backs = _backs(listed)
     places = np.arange(listed.size) - np.repeat(backs, CHUNK)[: listed.size]
     steps = listed - np.where(places < 0, 0, listed[np.maximum(places, 0)])
-    turned = (steps << 1 ^ steps >> 63).view(np.uint64).tolist()
-    found = bytearray()
-    for i, chunk_back in enumerate(backs.tolist()):
-        found.append(chunk_back)
-        for number in turned[i * CHUNK : (i + 1) * CHUNK]:
-            found += _BYTES[number] if number < 128 else _bytes(number)
-    found += bytes(-len(found) % 8)
-    return [*map(int, np.frombuffer(bytes(found), dtype="<i8"))]
+    turned = (steps << 1 ^ steps >> 63).view(np.uint64)
+    begins = np.arange(backs.size) * CHUNK
+    return [*map(int, _in_bytes(np.insert(turned, begins, backs.astype(np.uint64))))]
+
+
+def _in_bytes(numbers: NDArray[np.uint64]) -> Numbers:
+    """Seven bits a byte, the highest first, in words."""
+    import numpy as np
+
+    groups = [numbers >> np.uint64(7 * k) for k in range(_GROUPS)]
+    lengths = 1 + sum((group != 0).astype(np.int64) for group in groups[1:])
+    lasts = np.cumsum(lengths) - 1
+    size = int(lasts[-1]) + 1 if lasts.size else 0
+    found = np.zeros(-(-size // 8) * 8, np.uint8)
+    for k, group in enumerate(groups):
+        there = lengths > k
+        more = np.uint64(0x80 if k else 0)
+        found[lasts[there] - k] = group[there] & np.uint64(0x7F) | more
+    return found.view("<i8")
 
 
 def _backs(listed: Numbers) -> Numbers:
     """For each chunk how far back most of its numbers find others that grow evenly."""
     import numpy as np
 
-    begins = np.arange(0, listed.size, CHUNK)
-    if not begins.size:
-        return begins
+    chunks = -(-listed.size // CHUNK)
+    if not chunks:
+        return listed
     most = 2 * _FARTHEST
-    led = np.concatenate((np.zeros(most, np.int64), listed))
+    led = np.zeros(most + chunks * CHUNK, np.int64)
+    led[most : most + listed.size] = listed
+    twice, there = 2 * led, np.arange(chunks * CHUNK) < listed.size
 
     def even(back: int) -> Any:
-        before, twice = (led[most - k * back : led.size - k * back] for k in (1, 2))
-        return np.add.reduceat(listed - before == before - twice, begins, dtype=np.int64)
+        """How many of each chunk are as much more than one as that is than the one before."""
+        before, further = (led.size - k * back for k in (1, 2))
+        is_even = led[most:] + led[most - 2 * back : further] == twice[most - back : before]
+        return (is_even & there).view(np.uint8).reshape(chunks, CHUNK).sum(axis=1, dtype=np.uint8)
 
-    found = np.array([even(back) for back in range(1, _FARTHEST + 1)])
+    found = np.array([even(back) for back in range(1, _FARTHEST + 1)], dtype=np.int64)
     best = found.argmax(axis=0)
-    pays = found[best, range(begins.size)] > found[0] + _PAYS
+    pays = found[best, range(chunks)] > found[0] + _PAYS
     return np.where(pays, best + 1, 1)
-
-
-_BYTES = [bytes((n,)) for n in range(128)]
-
-
-def _bytes(number: int) -> bytes:
-    groups = [number & 0x7F]
-    while number := number >> 7:
-        groups.append(number & 0x7F | 0x80)
-    return bytes(reversed(groups))

@@ -23,7 +23,7 @@ Promises:  groups are equal in operations, exponents and functions, in which lea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cache, partial
 from itertools import accumulate, groupby
 from typing import TypeAlias
@@ -57,6 +57,8 @@ _LOOP, _ENTRY = 8, 0.2
 _PART = 0.7
 
 Column = tuple[Expr, ...]
+#: Where a run begins, the statements of a group, and how often the group stands there.
+_Run: TypeAlias = "tuple[int, int, int]"
 
 
 class Roll(Data):
@@ -70,7 +72,7 @@ class Roll(Data):
 
 def is_one(column: Column) -> bool:
     """Whether the same leaf stands there each time."""
-    return all(e is column[0] for e in column)
+    return column.count(column[0]) == len(column)
 
 
 def roll(
@@ -83,8 +85,8 @@ def roll(
     value is in one each time; `shapes` are those that the program's lists share."""
     if len(statements) < (SHORTEST_SELDOM if seldom else SHORTEST):
         return statements
-    known, order = _kinds(statements, home, shapes or Shapes()), range(len(statements))
-    return _rolled_in(statements, known, order, [1] * len(statements))
+    kinds, leaves = _kinds(statements, home, shapes or Shapes())
+    return _rolled_in(statements, leaves, _runs(kinds, [1] * len(statements)))
 
 
 def roll_gathered(
@@ -134,39 +136,46 @@ def _gathered(
     kept: Sequence[int],
 ) -> tuple[Sequence[Statement | Roll], float]:
     """The statements, and about the instructions that are left."""
-    known = _kinds(lets, home, shapes)
-    weight = {let: operations(let) for let in lets}
-    weights = [weight[let] for let in lets]
-    straight = _rolled_in(lets, known, range(len(lets)), [1] * len(lets))
-    first = best = _rolled_in(lets, known, range(len(lets)), weights)
-    least, before = _cost(best, weight), _before(lets, known[1], place)
+    kinds, leaves = _kinds(lets, home, shapes)
+    of_kind: dict[int, int] = {}
+    for kind, let in zip(kinds, lets, strict=True):
+        if kind not in of_kind:
+            of_kind[kind] = operations(let)
+    weights = [of_kind[kind] for kind in kinds]
+    as_written: Sequence[int] = range(len(lets))
+    straight, first = _runs(kinds, [1] * len(lets)), _runs(kinds, weights)
+    best, order, least = first, as_written, _cost(weights, leaves, first)
+    before = _before(lets, leaves, place)
     for fewest in kept:
-        units = _units(first, fewest)
+        units = _units(len(lets), first, fewest)
         unit = [u for u, members in enumerate(units) for _ in members]
-        kinds = [known[0][m[0]] if len(m) == 1 else -u for u, m in enumerate(units, 1)]
+        of_units = [kinds[m[0]] if len(m) == 1 else -u for u, m in enumerate(units, 1)]
         ahead = [
             list(dict.fromkeys(unit[b] for i in members for b in before[i] if unit[b] != u))
             for u, members in enumerate(units)
         ]
-        order = [i for u in gather(kinds, ahead) for i in units[u]]
-        tried = _rolled_in(lets, known, order, weights)
-        if (cost := _cost(tried, weight)) < least:
-            best, least = tried, cost
-    cost = _cost(straight, weight)
-    return (best, least) if least < _PART * cost else (straight, cost)
+        tried = [i for u in gather(of_units, ahead) for i in units[u]]
+        told, of_tried = [weights[i] for i in tried], [leaves[i] for i in tried]
+        found = _runs([kinds[i] for i in tried], told)
+        if (cost := _cost(told, of_tried, found)) < least:
+            best, order, least = found, tried, cost
+    cost = _cost(weights, leaves, straight)
+    if least >= _PART * cost:
+        best, order, least = straight, as_written, cost
+    return _rolled_in([lets[i] for i in order], [leaves[i] for i in order], best), least
 
 
-def _units(listed: Sequence[Statement | Roll], fewest: int) -> list[range]:
+def _units(count: int, runs: Sequence[_Run], fewest: int) -> list[range]:
     """The statements by their places; those of loops of so many times and more stay together."""
     units: list[range] = []
     at = 0
-    for s in listed:
-        length = len(s.statements) if isinstance(s, Roll) else 1
-        if isinstance(s, Roll) and len(s.targets[0]) < fewest:
-            units += [range(i, i + 1) for i in range(at, at + length)]
-        else:
-            units.append(range(at, at + length))
-        at += length
+    for first, length, times in (*runs, (count, 0, fewest)):
+        end = first + length * times
+        alone = first if times >= fewest else end
+        units += [range(i, i + 1) for i in range(at, alone)]
+        if alone < end:
+            units.append(range(first, end))
+        at = end
     return units
 
 
@@ -193,16 +202,20 @@ def _before(
     return found
 
 
-def _cost(listed: Sequence[Statement | Roll], weight: Mapping[Let, int]) -> float:
+def _cost(
+    weights: Sequence[int], leaves: Sequence[tuple[Expr, ...]], runs: Sequence[_Run]
+) -> float:
     """About the instructions to compile."""
-    total = 0.0
-    for s in listed:
-        if isinstance(s, Roll):
-            varied = sum(not is_one(column) for columns in s.leaves for column in columns)
-            body = sum(weight[let] for let in s.body)
-            total += body + _LOOP + _ENTRY * varied * len(s.targets[0])
-        elif isinstance(s, Let):
-            total += weight[s]
+    total = float(sum(weights))
+    for first, length, times in runs:
+        end = first + length * times
+        varied = sum(
+            not is_one(column)
+            for i in range(first, first + length)
+            for column in zip(*leaves[i:end:length], strict=True)
+        )
+        rest = sum(weights[first + length : end])
+        total += _LOOP + _ENTRY * varied * times - rest
     return total
 
 
@@ -239,24 +252,31 @@ def _kinds(statements: Sequence[Statement], home: Callable[[Expr], int], shapes:
 
 
 def _rolled_in(
-    statements: Sequence[Statement], known: _Kinds, order: Sequence[int], weights: Sequence[int]
+    statements: Sequence[Statement], leaves: Sequence[tuple[Expr, ...]], runs: Sequence[_Run]
 ) -> Sequence[Statement | Roll]:
-    """The statements in this order, rolled where that saves so much of their weights."""
-    until = [0, *accumulate(weights[i] for i in order)]
-    statements = [statements[i] for i in order]
-    kinds, leaves = [known[0][i] for i in order], [known[1][i] for i in order]
-    following, repeated = _following(kinds), dict[int, int]()
+    """The statements with their runs rolled."""
     out: list[Statement | Roll] = []
+    at = 0
+    for run in runs:
+        first, length, times = run
+        out += statements[at:first]
+        out.append(_rolled(statements, leaves, *run))
+        at = first + length * times
+    return [*out, *statements[at:]]
+
+
+def _runs(kinds: Sequence[int], weights: Sequence[int]) -> list[_Run]:
+    """The runs whose loops save so much of the weights."""
+    until = [0, *accumulate(weights)]
+    following, repeated = _following(kinds), dict[int, int]()
+    found: list[_Run] = []
     i = 0
-    while i < len(statements):
+    while i < len(kinds):
         length, times = _longest_run(kinds, following, until, repeated, i)
         if times:
-            out.append(_rolled(statements, leaves, i, length, times))
-            i += length * times
-        else:
-            out.append(statements[i])
-            i += 1
-    return out
+            found.append((i, length, times))
+        i += length * times or 1
+    return found
 
 
 def _told(home: Callable[[Expr], int], e: Expr) -> tuple[int, bool] | None:

@@ -80,7 +80,7 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     """The files of a model."""
     from planarc.export.c.entries import functions
     from planarc.export.fmi.variables import interface
-    from planarc.export.module import SHARED, write_texts
+    from planarc.export.module import SHARED, write_whole
 
     program = restricted(compiled.program, wishes.parameters)
     refuse(program, wishes.stiff)
@@ -92,8 +92,8 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
         raise no_match("variable that changes", wishes.outputs)
     slopes = derivatives(program, shown) if wishes.stiff else None
     entries = functions()
-    texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, wishes.stiff)
-    shared, own = texts[:SHARED], texts[SHARED:]
+    written = write_whole(program, image, entries, "", tolerance_of(program), slopes, wishes.stiff)
+    shared, own = written.texts[:SHARED], written.texts[SHARED:]
     api = API.format(over=int(Own.OVER))
     files = translate(program, read(shared), read(own), entries.names, PUBLIC, api,
                       "`cc -std=c99 -O2 *.c -lm`")  # fmt: skip

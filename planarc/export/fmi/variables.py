@@ -295,7 +295,7 @@ class _Shown:
 
 def _name(name: str) -> str:
     """A second derivative as the standard writes it."""
-    return _TWICE.sub(r"der(\1,2)", name)
+    return _TWICE.sub(r"der(\1,2)", name) if "der(der(" in name else name
 
 
 def shown_name(column: Column) -> str:

@@ -23,8 +23,8 @@ from planarc.core.data import Data
 from planarc.export.delays import delay_messages
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
-from planarc.export.module import write_texts
-from planarc.export.objects import compile_texts
+from planarc.export.module import write_whole
+from planarc.export.objects import compile_for
 from planarc.export.page.entries import functions
 from planarc.export.page.held import taken
 from planarc.export.wishes import tolerance_of
@@ -54,7 +54,7 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     image = replace(take_image(compiled), stiff=stiff)
     entries = functions(is_eventful(program), image.step is not None)
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
-    texts = write_texts(program, image, entries, "", tolerance_of(program), slopes, stiff)
-    objects = compile_texts(texts, _TRIPLE)
+    written = write_whole(program, image, entries, "", tolerance_of(program), slopes, stiff)
+    objects = compile_for(written, _TRIPLE)
     late = tuple(delay_messages(program, image.lags))
     return Module(write_module(objects, entries.names), frozenset(s for s, _ in image.held), late)

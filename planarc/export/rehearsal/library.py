@@ -38,7 +38,7 @@ from planarc.core import cache as store
 from planarc.export.c.entries import functions
 from planarc.export.heard import tell_events
 from planarc.export.image import take_image
-from planarc.export.module import write_texts
+from planarc.export.module import write_whole
 from planarc.export.refusal import refuse
 from planarc.export.wishes import tolerance_of
 from planarc.instance.block import constant, whole
@@ -103,13 +103,13 @@ class Library:
         refuse(program, stiff)
         image = replace(take_image(compiled), stiff=stiff)
         slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
-        texts = write_texts(
+        written = write_whole(
             program, image, _entries(is_eventful(program)), "", tolerance_of(program), slopes, stiff
         )
         called, told = (ctypes.cast(f, _POINTER).value or 0 for f in (CALLED, _TOLD))
         known = {"pc_external": called, "model_event": told}
         self._linker = (OwnLinker if PLACES else LlvmLinker)(known)
-        self._linker.add(*map(_object, texts))
+        self._linker.add(*map(_object, written.texts))
         self.functions = {
             name: ctypes.CFUNCTYPE(*signature)(self._linker.address(name))
             for name, signature in _SIGNATURES.items()
