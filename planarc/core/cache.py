@@ -20,7 +20,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
-from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -117,9 +116,9 @@ def store(kind: str, key: str, data: bytes) -> None:
 def entries(root: Path) -> dict[str, tuple[int, int]]:
     """The number of entries of each kind, and the bytes that they take."""
     found: dict[str, tuple[int, int]] = {}
-    for path, state in _stored(root):
-        number, total = found.get(path.parent.name, (0, 0))
-        found[path.parent.name] = number + 1, total + state.st_size
+    for kind, _, state in _stored(root):
+        number, total = found.get(kind, (0, 0))
+        found[kind] = number + 1, total + state.st_size
     return found
 
 
@@ -131,28 +130,29 @@ def clear(root: Path) -> int:
 
 def shrink(root: Path, limit: int) -> None:
     """Remove the entries that were unused for longest until the rest fits."""
-    entries = [(state.st_mtime, state.st_size, path) for path, state in _stored(root)]
+    entries = [(state.st_mtime, state.st_size, path) for _, path, state in _stored(root)]
     total = sum(size for _, size, _ in entries)
     for _, size, path in sorted(entries):
         if total <= limit:
             break
         with suppress(OSError):
-            path.unlink()
+            Path(path).unlink()
             total -= size
 
 
-def _stored(root: Path) -> Iterator[tuple[Path, os.stat_result]]:
-    """The files that planarc wrote, each with its state."""
+def _stored(root: Path) -> Iterator[tuple[str, str, os.stat_result]]:
+    """The files that planarc wrote: their kinds, paths and states."""
     for kind in KINDS:
         if _is_ours(root / kind, stat.S_ISDIR):
-            for path in sorted((root / kind).iterdir(), key=attrgetter("name")):
-                with suppress(OSError):
-                    state = path.lstat()
-                    if _is_written(path) and stat.S_ISREG(state.st_mode):
-                        yield path, state
+            with os.scandir(root / kind) as found:  # thousands of files: paths would take longer
+                for file in found:
+                    with suppress(OSError):
+                        state = file.stat(follow_symlinks=False)
+                        if _is_written(file) and stat.S_ISREG(state.st_mode):
+                            yield kind, file.path, state
 
 
-def _is_written(path: Path) -> bool:
+def _is_written(path: Path | os.DirEntry[str]) -> bool:
     return re.fullmatch(_NAME, path.name) is not None
 
 

@@ -78,7 +78,6 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
 
 
 def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
-    from planarc.export.c.library import COMPILED, describe_build, library_sources
     from planarc.export.documentation import documents
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
@@ -90,6 +89,9 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.module import derived, write
     from planarc.export.objects import compile_all
     from planarc.instance.stored import FILE
+
+    if wishes.source:
+        from planarc.export.c.library import COMPILED, describe_build, library_sources
 
     folders = _folders(wishes)
     program = restricted(without_idle(compiled.program), wishes.parameters)

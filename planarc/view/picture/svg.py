@@ -9,7 +9,8 @@ Colours stand once as classes, with others for a reader whose screen is dark.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from xml.sax.saxutils import escape, quoteattr
+from functools import partial
+from html import escape as escape_html
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from planarc.view.picture.camera import Camera
 from planarc.view.picture.motion import Motion, item_at, thin_polyline
 
 PAPER, DARK_PAPER = Paint(255, 255, 255), Paint(20, 23, 29)
+escape = partial(escape_html, quote=False)
 #: The greatest error (pixels) of a moving thing between the instants that are written.
 TOLERANCE = 0.25
 
@@ -205,7 +207,7 @@ class _Drawing:
         phase = self._phase()
         times = "" if len(keep) == len(texts) else ";".join(_short(phase[i], 4) for i in keep)
         return (
-            f'dur={quoteattr(_short(self.motion.shown, 3) + "s")} repeatCount="indefinite" '
+            f'dur="{_short(self.motion.shown, 3)}s" repeatCount="indefinite" '
             + (f'keyTimes="{times}" ' if times else "")
             + f'values="{";".join(texts[i] for i in keep)}"'
         )
