@@ -114,6 +114,7 @@ def _whole(traits: Traits, entries: Entries) -> str:
     from planarc.instance.events import event_functions
     from planarc.instance.instants import instant_functions
     from planarc.instance.past.functions import past_functions
+    from planarc.instance.reaching import reaching_functions
     from planarc.instance.relations import relation_functions
     from planarc.instance.said import said_functions
     from planarc.instance.settling import settling_functions
@@ -134,6 +135,7 @@ def _whole(traits: Traits, entries: Entries) -> str:
     functions = (
         *block_functions(delayed, apart, crowded),
         *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),
+        *reaching_functions(),
         operate_function(),
         *said_functions(),
         *start_functions(apart),

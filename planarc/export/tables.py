@@ -19,7 +19,7 @@ from planarc.export.image import Image
 from planarc.export.pruned import FUNCTION, numbers_of
 from planarc.instance.actions import endings
 from planarc.instance.block import BYTE, load_narrow
-from planarc.instance.plan import Own, Phase, Plan, Stale, starts_anew
+from planarc.instance.plan import Own, Phase, Plan, Stale, count_loops, starts_anew
 from planarc.instance.relations import relation_table
 from planarc.instance.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -87,7 +87,8 @@ def plan_table(
                len(program.relations) - len(image.timed), len(program.discretes),
                len(program.samplers), len(unknowns(program)), *reserved,
                sum(not b.linear for b in program.blocks), len(points.all),
-               len(endings(program)) + 1, unpacked, slopes, stored)  # fmt: skip
+               len(endings(program)) + 1, unpacked, slopes, stored,
+               count_loops(program))  # fmt: skip
     return table("px_plan", (*map(int, numbers), len(told), *(n for pair in told for n in pair)))
 
 
@@ -135,7 +136,9 @@ def image_words(
     choice = float(image.stiff) if image.step is None else image.step
     words[Own.STOP], words[Own.STIFF] = _bits(1e300), _bits(choice)
     homes = dict(made.homes)
-    arrays = {Own.CONSTANTS: constants[::-1], Own.Y: image.states, Own.SCALES: image.scales,
+    near = image.states if count_loops(program) else ()
+    arrays = {Own.CONSTANTS: constants[::-1], Own.Y: image.states, Own.NEAR: near,
+              Own.SCALES: image.scales,
               Frame.W: _given(program, image), Frame.NUMBERS: image.numbers,
               Frame.ACCEPTED: image.accepted}  # fmt: skip
     for which, array in arrays.items():

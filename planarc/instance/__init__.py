@@ -6,6 +6,7 @@ clauses     what clauses do, in order, and what they set
 actions     the same as code
 touches     what its rigid contacts read and set
 block       the memory of an instance: made, saved, read, set
+reaching    points that a host asks for far from the accepted one
 start       start values that fit together, from the assembly found at export
 states      other states where the present ones go bad
 steps       an integrator of its own

@@ -225,9 +225,8 @@ def _refresh(c: Code, m: Value, least: Value) -> None:
             c.give(flag)
     w, _, _, _ = open_frame(m)
     t = w.load(REAL)
-    y, rates = m.load(POINTER, Own.Y), m.load(POINTER, Own.RATES)
     with c.when(m.load(INT, Own.STALE).equals(Stale.ALL)):
-        flag = c.call(FLAG, "pc_rhs", m, t, y, rates)
+        flag = c.call(FLAG, "px_derive", m)
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
         m.store(whole(c, Stale.REST), Own.STALE)
@@ -328,8 +327,8 @@ def _set(
 
 
 def hold(c: Code, m: Value) -> None:
-    """The present point becomes the one that nonlinear blocks start from."""
-    c.call(FLAG, "pc_accept", m, m.load(POINTER, Frame.W).load(REAL))
+    """The present point becomes the one that nonlinear blocks start from (`reaching`)."""
+    c.run("px_hold", m)
 
 
 def nominal_of(c: Code, m: Value, i: Value) -> Value:

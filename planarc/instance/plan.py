@@ -36,6 +36,7 @@ class Own(IntEnum):
     GIVEN = auto()  # of each start the reference by which it was set, and 1; 0: it was not
     STARTS = auto()
     STAGES = auto()
+    NEAR = auto()  # the states at the accepted point, where loops are closed from there
     RELATIONS = auto()  # numbers of each relation (`Relation`)
     SNAPSHOTS = auto()  # truths and discrete values, three times
     SEEN = auto()  # of the snapshots that an iteration went through
@@ -49,6 +50,7 @@ class Own(IntEnum):
     DISCRETES = auto()  # slots of each discrete variable
     CONSTANTS = auto()  # numbers of statements that are carried out, the first one last
     OPERATIONS = auto()  # those of statements that are carried out: no state
+    ROUTE = auto()  # room for a way that is gone in parts (`reaching`): no state
     ROWS = auto()  # places that loops over equal statements read and set
     SLOPE_ROWS = auto()  # those of the derivatives, behind the first of their operations
     BLOCKS = auto()  # tables that the file of the model's numbers holds, where it has one
@@ -206,13 +208,14 @@ class Table(IntEnum):
     INITIAL = 17  # the slots of `initial()` and `terminal()`, of the start time; or -1
     TERMINAL = 18
     BEGIN = 19
-    NONLINEAR = 20  # blocks that Newton's method solves from a point near by
+    NONLINEAR = 20  # blocks that are not linear
     TOUCHES = 21
     JAMS = 22  # the number of the first message of touches (`Jam`)
     PACKED = 23  # whole numbers to unpack
     SLOPES = 24  # 1 where the model can be differentiated
     STORED = 25  # words of the file of numbers, 0: there is none
-    POINTERS = 26  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    LOOPS = 26  # blocks that Newton's method solves from a point near by
+    POINTERS = 27  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 class Shelf(IntEnum):
@@ -293,6 +296,7 @@ def make_plan(
     `operations`; where there is a file of numbers, `tables` that it holds by the words that point
     to them, `packed` words besides the image, and those of its `letters`."""
     placed, n = place(program), program.state_count
+    loops = count_loops(program)
     sizes: dict[int, int] = {
         Own.Y: n,
         Own.RATES: n,
@@ -300,6 +304,7 @@ def make_plan(
         Own.GIVEN: len(given),
         Own.STARTS: len(given),
         Own.STAGES: STAGES * n,
+        Own.NEAR: n if loops else 0,
         **event_sizes(program, passes(program) if is_eventful(program) else 0),
         Own.TOUCHES: kept,
         Own.CONSTANTS: constants,
@@ -337,8 +342,8 @@ def make_plan(
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]
     room = begins[-1]
-    homes += [(int(Own.OPERATIONS), room)]
-    room += operations
+    homes += [(int(Own.OPERATIONS), room), (int(Own.ROUTE), room + operations)]
+    room += operations + (n + placed.accepted if loops else 0)
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
     if packed:
@@ -347,6 +352,11 @@ def make_plan(
         homes += [(int(Own.MESSAGES), behind + packed)]
         room = behind + packed + letters
     return Plan(words, room, image, tuple(homes), given)
+
+
+def count_loops(program: Program) -> int:
+    """The blocks that Newton's method solves from a point near by."""
+    return sum(bool(b.residuals) and not b.linear for b in program.blocks)
 
 
 def event_sizes(program: Program, seen: int) -> dict[int, int]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import Block, open_frame
-from planarc.instance.block import constant, plan, whole
+from planarc.instance.block import constant, hold, plan, whole
 from planarc.instance.plan import Own, Table
 from planarc.ir.frame import Number, Record
 from planarc.ir.newton import GROWN, WORST
@@ -92,6 +92,7 @@ def _exchange(c: Code, m: Value) -> None:
         first.set(first.get() + table.at(places.load(INT, k)).load(INT, Record.TEARS))
     with c.when(count.get() > 0):
         c.run("px_choose", m)
+        hold(c, m)  # what is near is told by states
     worst = c.call(REAL, "px_look", m)
     kept = c.select(worst > WORST, worst * GROWN, WORST)
     m.store(c.select(kept < 1e300, kept, 1e300), Own.BOUND)

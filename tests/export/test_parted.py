@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from pathlib import Path
 
 import llvmlite.binding as llvm
 import pytest
@@ -62,7 +63,10 @@ def test_each_part_declares_what_the_other_one_has() -> None:
         llvm.parse_assembly(text).verify()
 
 
-def test_windows_and_linux_share_what_is_inside(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_and_linux_share_what_is_inside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # nothing is known
     made: list[tuple[str, bool]] = []
 
     def kept(text: str, triple: str, called: set[str]) -> bytes:
