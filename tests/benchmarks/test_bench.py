@@ -19,9 +19,10 @@ def measure(only: str) -> str:
 
 def test_help_is_measured() -> None:
     head, row = measure("help").splitlines()
-    assert head.split() == ["measured", "allowed", "ratio"]
+    assert head.split() == ["measured", "allowed", "ratio", "pace"]
     assert row.startswith("help ")
     assert float(row.split()[1]) > 0
+    assert float(row.removesuffix("  too much").split()[-1]) > 0
 
 
 def test_measured_processes_keep_bytecode(monkeypatch: pytest.MonkeyPatch) -> None:
