@@ -1,12 +1,13 @@
 """Points that a host asks for far from the last accepted one, in LLVM.
 
     px_hold(block)            the present point becomes the one that nonlinear blocks start from
-    px_far(block) -> flag     1 where a loop has moved far from that
+    px_far(block) -> flag     1 where a loop has moved far, and not as its motion leads
     px_derive(block) -> flag  derivatives at the present time and states
 
 A host takes long steps, or tells of none within an interval of its own. From so far a loop may be
 closed in another way, or in none. Then the way is gone in parts, along a straight line of time and
-states: each begins where the one before ended, and turns no angle of a loop by more than `REACH`.
+states: each begins where the one before ended, and turns no angle of a loop by more than `REACH`,
+unless that is what velocity and acceleration there lead to.
 
 Example: two coupled four-bars, of whose steps a host tells each 0.04 s. Rods turn by 0.4 rad in
 that time, their accelerations change by half, and from the point before no loop can be closed.
@@ -19,13 +20,15 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
-from planarc.codegen.native.reaching import give_where_far
 from planarc.instance.block import constant, plan
 from planarc.instance.plan import Own, Table
 from planarc.ir.frame import Number, Record
+from planarc.ir.march import REACH
 
 #: The least part of the way that is gone at once.
 SMALLEST = 2.0**-10
+#: An angle (rad) is where its motion leads, however far that is.
+CLOSE = 0.1
 
 
 def reaching_functions() -> tuple[str, ...]:
@@ -45,7 +48,17 @@ def _hold(c: Code, m: Value) -> None:
 
 @function("i32 px_far(ptr m)")
 def _far(c: Code, m: Value) -> None:
-    give_where_far(c, m, constant(c, "px_angles"))
+    w, _, accepted, _ = open_frame(m)
+    angles, total = constant(c, "px_angles"), _tears(c)
+    h = w.load(REAL) - accepted.load(REAL, total * 3)
+    with c.loop(angles.load(INT)) as i:
+        pair = angles.at(i * 2)
+        now, before = w.load(REAL, pair.load(INT, 1)), accepted.at(pair.load(INT, 2))
+        value, bend = before.load(REAL), before.load(REAL, total * 2) * 0.5
+        led = value + h * (before.load(REAL, total) + h * bend)
+        far = c.absolute(now - value) > REACH
+        with c.when(far & ~(c.absolute(now - led) < CLOSE), leaves=True):
+            c.give(1)
     c.give(0)
 
 
@@ -61,12 +74,17 @@ def _derive(c: Code, m: Value) -> None:
     c.give(flag.get())
 
 
+def _tears(c: Code) -> Value:
+    """How many the accepted point has."""
+    return Value(c, POINTER, "@pc_blocks").at(1).load(INT, Record.TOTAL)
+
+
 @function("i32 px_reach(ptr m)", seldom=True)
 def _reach(c: Code, m: Value) -> None:
     """By way of points between; what was accepted stays so."""
     w, _, accepted, _ = open_frame(m)
     n, y, near = plan(c, Table.STATES), m.load(POINTER, Own.Y), m.load(POINTER, Own.NEAR)
-    total = Value(c, POINTER, "@pc_blocks").at(1).load(INT, Record.TOTAL) * 3
+    total = _tears(c) * 3
     end = m.load(POINTER, Own.ROUTE)
     kept = end.at(n)
     first, last = accepted.load(REAL, total), w.load(REAL)

@@ -126,3 +126,16 @@ def test_a_host_that_tells_of_few_steps(two_loops: Path, way: str) -> None:
     for name in table.dtype.names[1:]:
         worst = np.abs(table[name] - result[name]).max() / np.ptp(result[name])
         assert worst < 1e-6, name
+
+
+@runs_here
+def test_a_flat_pose_between_two_points_of_a_host(tmp_path: Path) -> None:
+    """Parallelograms pass the pose in which they are flat, and could go on as another linkage."""
+    path = tmp_path / "Windows.fmu"
+    planarc.load("PlanarMultiBody.Examples.Loops.NFourBar").export_fmu(path, platforms=HERE)
+    shown = [f"rev[{i}].phi" for i in (1, 2, 3)]
+    table = fmpy.simulate_fmu(path, fmi_type="ModelExchange", stop_time=10, relative_tolerance=1e-9,
+                              output_interval=0.1, record_events=False, output=shown)  # fmt: skip
+    first, *others = (table[name] for name in shown)
+    assert first[-1] < -30
+    assert all(np.abs(first - other).max() < 1e-6 for other in others)
