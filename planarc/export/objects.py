@@ -126,7 +126,7 @@ def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[b
 
     def solver(triple: str) -> bytes:
         text = without(written.solver, "px_plan", numbers)
-        return _kept(text, triple, names_in(text))
+        return _kept(text, triple, names_in(text))[1]
 
     @cache
     def own(triple: str) -> tuple[bytes, ...]:
@@ -184,8 +184,8 @@ class _Shared:
         found = store.load("native", name) if name else None
         if found is None:
             text, called = self._texts[part]
-            found = _kept(text, triple, called)
-            store.store("native", known, _name_of(text, triple, called).encode())
+            name, found = _kept(text, triple, called)
+            store.store("native", known, name.encode())
         return found
 
     @cached_property
@@ -206,17 +206,15 @@ def _name(*parts: str) -> str:
     return store.key("exported", version("llvmlite"), *parts)
 
 
-def _name_of(text: str, triple: str, called: Set[str]) -> str:
-    return _name(triple, *sorted(called & calls_in(text)), text)
-
-
-def _kept(text: str, triple: str, called: Set[str]) -> bytes:
-    name = _name_of(text, triple, called)
+def _kept(text: str, triple: str, called: Set[str]) -> tuple[str, bytes]:
+    """The object, and the name by which it is kept."""
+    called = called & calls_in(text)
+    name = _name(triple, *sorted(called), text)
     known = store.load("native", name)
     if known is None:
-        known = _compiled(text, triple, _PASSES, called & calls_in(text))
+        known = _compiled(text, triple, _PASSES, called)
         store.store("native", name, known)
-    return known
+    return name, known
 
 
 def _compiled(

@@ -69,7 +69,7 @@ def test_windows_and_linux_share_what_is_inside(
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # nothing is known
     made: list[tuple[str, bool]] = []
 
-    def kept(text: str, triple: str, called: set[str]) -> bytes:
+    def kept(text: str, triple: str, called: set[str]) -> tuple[str, bytes]:
         made.append((triple.split("-")[2], "define i32 @px_step(" in text))
         return known(text, triple, called)
 
