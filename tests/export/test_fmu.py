@@ -102,11 +102,14 @@ def test_other_parameters_and_starts_follow_the_assembly(folder: Path, set: dict
 
 
 @runs_here
+@pytest.mark.parametrize("intervals", [100, 2])
 @pytest.mark.parametrize("way", WAYS)
-def test_states_are_exchanged_where_a_crank_swings(folder: Path, way: str) -> None:
-    """With a coupler of 1.5 m no angle can be the state for long."""
+def test_states_are_exchanged_where_a_crank_swings(folder: Path, way: str, intervals: int) -> None:
+    """With a coupler of 1.5 m no angle can be the state for long, however few steps a host tells
+    of."""
     set = {"coupler.r[1]": 1.5}
-    table = simulate(archive(folder, "four_bar"), way, 1.3, start_values=set)
+    path = archive(folder, "four_bar")
+    table = simulate(path, way, 1.3, start_values=set, output_interval=1.3 / intervals)
     program = compiled("four_bar").program
     result = run(compiled("four_bar"), RunOptions(stop=1.3, tolerance=1e-9, values=set))
     assert len(result.states) > 3
