@@ -39,6 +39,7 @@ from planarc.view.storage import no_match
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
     from planarc.export.fmi.variables import Dependencies
+    from planarc.runtime.link.objects import Object
 
 
 class Platform(Data):
@@ -177,13 +178,14 @@ def _folders(wishes: Wishes) -> dict[str, Platform]:
     return {p if wishes.version == 3 else of_version[p].older: of_version[p] for p in wanted}
 
 
-def make_library(kind: Platform, code: Sequence[bytes], name: str, public: Sequence[str]) -> bytes:
+def make_library(kind: Platform, code: Sequence[Object], name: str, public: Sequence[str]) -> bytes:
     """A shared library; elementary functions are those of the system."""
     from planarc.export.link import elf, macho, pe
     from planarc.export.link.bridge import by_ways
-    from planarc.runtime.link.objects import put_together, read_object
+    from planarc.export.units import constants_once
+    from planarc.runtime.link.objects import put_together
 
-    found = put_together(by_ways([read_object(part) for part in code]))
+    found = constants_once(put_together(by_ways(code)))
     lacking = {i: s.name for i, s in enumerate(found.symbols)
                if s.section is None and s.name.startswith(("pc_", "px_"))}  # fmt: skip
     used = {lacking[r.symbol] for s in found.sections for r in s.relocations if r.symbol in lacking}

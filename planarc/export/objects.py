@@ -1,153 +1,101 @@
-"""The objects of an exported model: its texts (`module`) as code of a processor that is small.
+"""The objects of an exported model: its texts (`module`) as machine code.
 
-What many models share passes through LLVM's optimiser, and is kept. What counts is what an archive
-makes of the code: it packs best where instructions stay in the order in which they are written, and
-where a value is not moved between places. That are options of LLVM, which a whole process has; they
-are set back behind each object.
+What many models share passes through LLVM's optimiser, and is kept.
 
-Systems that call functions in the same way share their objects (`SYSTEMS`): an object knows neither
-where its functions come from nor the form of its file. Windows, which calls in another way, shares
-with Linux what is called inside (`parted`).
+Systems that call functions in the same way share their objects (`emission.SYSTEMS`): an object
+knows neither where its functions come from nor the form of its file. Windows, which calls in
+another way, shares with Linux what is called inside (`parted`).
 
 Needs:     llvmlite
-Promises:  the same texts give the same bytes.
+Promises:  the same texts give the same objects.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Iterator, Sequence, Set
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Iterator, Set
 from enum import Enum
 from functools import cache, cached_property
 from importlib.metadata import version
-from threading import Lock
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.assembly import SELDOM
-from planarc.codegen.native.machine import emit_object
+from msgspec import Raw, msgpack
+
 from planarc.core import cache as store
-from planarc.core.data import Data
 from planarc.core.processes import Aside
+from planarc.export.emission import (
+    OWN_PASSES,
+    SYSTEMS,
+    WASM,
+    emitted,
+    finished,
+    shared_object,
+    shared_text,
+)  # fmt: skip
 from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import Written, write_whole
 from planarc.export.parted import divide, names_in
 from planarc.export.pruned import NONE, asked_in, calls_in, numbers_of, without
-from planarc.instance.block import LARGER
+from planarc.export.units import Text
 from planarc.instance.plan import Table
-from planarc.runtime.link.objects import read_object
+from planarc.runtime.link.objects import Object, read_object
 
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
     from planarc.export.image import Image
-    from planarc.export.shared import Shared
     from planarc.ir.program import Program
 
-#: What an instance does is marked, and what passes derivatives on: the time of a run goes into the
-#: rest of the kernel. Code that LLVM would put into functions of its own packs better as it is.
-_TIGHT = 'minsize optsize "nooutline" '
-_INSTANCE = re.compile(
-    r"^(define [^@]*@(?:px_\w+|pc_(?:eliminate|pass|ranges|rows|differences))\([^)]*\))"
-    r" nounwind",
-    re.MULTILINE,
-)
-#: What marks a seldom function in a library, which shall be small, and has no tables of addresses.
-_SMALL = f'noinline {_TIGHT}"no-jump-tables"="true" '
-#: What other processors have an instruction for.
-_MAXIMUM = "llvm.maximum.f64"
-
-
-class System(Data):
-    """The least processor, what it shall do without, marks of all functions, and the system as on
-    which functions of a library call each other, where that is another one."""
-
-    cpu: str = ""
-    features: str = ""
-    marks: str = ""
-    inside: str = ""
-
-
-_LINUX, _WINDOWS = "x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc-elf"
-#: By LLVM's names, each for all systems that call functions in the same way. macOS 11 runs on
-#: nothing older than Penryn (2008), which has SSE4.1. Windows keeps nothing below the stack. On ARM
-#: macOS has x18 for itself, and x29 for its chain of frames. LLVM moves nothing that is finished
-#: where it is told of Cyclone.
-SYSTEMS = {
-    _LINUX: System("penryn", marks="noredzone"),
-    _WINDOWS: System("penryn", marks="noredzone", inside=_LINUX),
-    "aarch64-unknown-linux-gnu": System(
-        "", "+reserve-x18", '"tune-cpu"="cyclone" "frame-pointer"="non-leaf"'
-    ),
-    "wasm32-unknown-unknown": System(),
-}
-#: Passes of LLVM over code that all models share; they take out, too, what a model has no use for.
-#: Branches stay as they are written: what chooses between numbers without them is longer.
-_PASSES = (
-    *("ipsccp", "sroa", "ipsccp", "dead_arg_elimination", "instruction_combine"),
-    *("global_dead_code_eliminate", "reassociate", "instruction_combine"),
-)
-#: The same over a model's own: its formulas have no more to be found, its loops have counters.
-_OWN_PASSES = ("sroa", "loop_rotate")
-#: Options of LLVM, their values here, and those that they have by themselves: nothing is scheduled,
-#: nothing is moved out of loops or into branches, and values are not split to stay in registers.
-_OPTIONS = (
-    ("enable-misched", 0, 1),
-    ("disable-machine-licm", 1, 0),
-    ("disable-machine-sink", 1, 0),
-    ("disable-lsr", 1, 0),
-    ("disable-block-placement", 1, 0),
-    ("grow-region-complexity-budget", 0, 10000),
-)
-#: Versions of LLVM that are known to have these: one without ends the process.
-_TRIED = range(20, 23)
-_LOCK = Lock()
+#: Kinds of models whose functions are looked through for those of a new one.
+_LOOKED_AT = 64
+_UNITS = msgpack.Decoder(list[tuple[str, Object]])
+_RAW = msgpack.Decoder(list[tuple[str, Raw]])
+_OBJECT = msgpack.Decoder(Object)
 
 
 def compile_library(
     program: Program, image: Image, entries: Entries, token: str, tolerance: float, triple: str
-) -> tuple[bytes, ...]:
+) -> tuple[Object, ...]:
     """The objects of an exported model without derivatives, for a system and its processor."""
     return compile_for(write_whole(program, image, entries, token, tolerance, None, False), triple)
 
 
-def compile_for(written: Written, triple: str) -> tuple[bytes, ...]:
+def compile_for(written: Written, triple: str) -> tuple[Object, ...]:
     """The objects of a model for a system."""
     return compile_all(written, (triple,))[triple]
 
 
-def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[bytes, ...]]:
+def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[Object, ...]]:
     """Its objects for several systems; those of shared texts are kept. The model's own are made
     once for those that call alike inside; systems that share nothing are made beside the others."""
     others = (written.own, written.derivatives)
-    numbers = numbers_of(written.own, "px_plan")[: Table.POINTERS]
-    asked = {n for text in (written.solver, *others) for n in asked_in(text)}
-    shared = _Shared(written.shared, numbers, asked)
+    shared = _Shared(written)
     shared_by = {system.inside for system in SYSTEMS.values()}
 
-    def solver(triple: str) -> bytes:
-        text = without(written.solver, "px_plan", numbers)
-        return _kept(text, triple, names_in(text))[1]
+    @cache
+    def own(triple: str) -> tuple[Object, ...]:
+        return tuple(read_object(emitted(text, triple, OWN_PASSES)) for text in others)
 
     @cache
-    def own(triple: str) -> tuple[bytes, ...]:
-        return tuple(_compiled(text, triple, _OWN_PASSES) for text in others)
+    def inner(triple: str) -> tuple[Object, ...]:
+        return (
+            *shared.compiled(Part.INNER, triple),
+            *shared.compiled(Part.SOLVER, triple),
+            *own(triple),
+        )
 
-    @cache
-    def inner(triple: str) -> tuple[bytes, ...]:
-        return shared.compiled(Part.INNER, triple), solver(triple), *own(triple)
-
-    def all_of(triple: str) -> Iterator[bytes]:
+    def all_of(triple: str) -> Iterator[Object]:
         inside = SYSTEMS[triple].inside
         if not inside and triple not in shared_by:
-            yield from (shared.compiled(Part.WHOLE, triple), solver(triple), *own(triple))
+            yield from shared.compiled(Part.WHOLE, triple)
+            yield from shared.compiled(Part.SOLVER, triple)
+            yield from own(triple)
             return
         outer = Part.OUTER_CALLED if inside else Part.OUTER
-        made = [shared.compiled(outer, triple), *inner(inside or triple)]
+        made = [*shared.compiled(outer, triple), *inner(inside or triple)]
         yield from made
         if inside:
-            yield _compiled(ways(map(read_object, made)), triple)
+            yield read_object(emitted(ways(made), triple))
 
-    def made(some: Iterable[str]) -> dict[str, tuple[bytes, ...]]:
+    def made(some: Iterable[str]) -> dict[str, tuple[Object, ...]]:
         return {triple: tuple(all_of(triple)) for triple in some}
 
     together = [t for t in triples if SYSTEMS[t].inside or t in shared_by]
@@ -159,9 +107,21 @@ def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[b
         return found | next(aside)
 
 
+def compile_wasm(written: Written) -> tuple[bytes, ...]:
+    """The objects of a model for a page, in a form of their own."""
+    others = (written.own, written.derivatives)
+    shared = _Shared(written)
+    return (
+        shared.whole(Part.WHOLE, WASM),
+        shared.whole(Part.SOLVER, WASM),
+        *(emitted(text, WASM, OWN_PASSES) for text in others),
+    )
+
+
 class Part(Enum):
     """Of what models share."""
 
+    SOLVER = "solver"
     WHOLE = "whole"
     INNER = "inner"
     OUTER = "outer"
@@ -169,88 +129,101 @@ class Part(Enum):
 
 
 class _Shared:
-    """The objects of what models share. `numbers` are those of the model's plan, and `asked` is
-    what its other modules ask for. Their names are known by what the text hangs on: it is written
-    where that is new."""
+    """The objects of what models share. They are known by what their text hangs on, with the
+    numbers of the model's plan and what its own modules ask for: it is written where that is new.
+    Models of other kinds had most of their functions: these are known one by one (`units`)."""
 
-    def __init__(self, shared: Shared, numbers: Sequence[int], asked: Set[str]) -> None:
-        self._shared, self._numbers, self._asked = shared, numbers, asked
+    def __init__(self, written: Written) -> None:
+        self._shared, self._solver = written.shared, written.solver
+        self._numbers = numbers_of(written.own, "px_plan")[: Table.POINTERS]
+        others = (written.solver, written.own, written.derivatives)
+        self._asked = {name for text in others for name in asked_in(text)}
 
-    def compiled(self, part: Part, triple: str) -> bytes:
-        none = ("".join(str(n) if n in NONE else "." for n in self._numbers),)
-        asked = ("", *sorted(self._asked), "")
-        known = _name(part.value, triple, *none, *asked, *self._shared.key)
-        name = (store.load("native", known) or b"").decode()
-        found = store.load("native", name) if name else None
+    def compiled(self, part: Part, triple: str) -> tuple[Object, ...]:
+        name = self._name(part, triple)
+        kept = store.load("native", name)
+        if kept is not None:
+            return tuple(code for _, code in _UNITS.decode(kept))
+        kinds = _Kinds(triple)
+        text = Text(shared_text(self._text(part), triple, self._called(part)))
+        known = kinds.known(set(text.keys.values()))
+        units = tuple(text.units(known, lambda made: finished(made, triple)))
+        store.store("native", name, msgpack.encode([(u.key, u.code) for u in units]))
+        kinds.add(name)
+        return tuple(unit.code for unit in units)
+
+    def whole(self, part: Part, triple: str) -> bytes:
+        name = self._name(part, triple)
+        found = store.load("native", name)
         if found is None:
-            text, called = self._texts[part]
-            name, found = _kept(text, triple, called)
-            store.store("native", known, name.encode())
+            found = shared_object(self._text(part), triple, self._called(part))
+            store.store("native", name, found)
         return found
 
+    def _name(self, part: Part, triple: str) -> str:
+        if part is Part.SOLVER:
+            return _name(part.value, triple, self._text(part))
+        none = "".join(str(n) if n in NONE else "." for n in self._numbers)
+        asked = ("", *sorted(self._asked), "")
+        return _name(part.value, triple, none, *asked, *self._shared.key)
+
+    def _text(self, part: Part) -> str:
+        match part:
+            case Part.SOLVER:
+                return without(self._solver, "px_plan", self._numbers)
+            case Part.WHOLE:
+                return self._all
+            case Part.INNER:
+                return self._divided[0]
+            case Part.OUTER:
+                return self._divided[1]
+            case Part.OUTER_CALLED:
+                return called_inside(self._divided[1])
+
+    def _called(self, part: Part) -> Set[str]:
+        """What is called of it from elsewhere."""
+        text = self._text(part)
+        match part:
+            case Part.SOLVER:
+                others = names_in(text)
+            case Part.WHOLE:
+                others = self._asked
+            case Part.INNER:
+                others = self._asked | names_in(self._divided[1])
+            case Part.OUTER | Part.OUTER_CALLED:
+                others = self._asked | names_in(self._divided[0])
+        return others & calls_in(text)
+
     @cached_property
-    def _texts(self) -> dict[Part, tuple[str, Set[str]]]:
-        """Each part, and what is called from elsewhere."""
-        text = without(self._shared.text, "px_plan", self._numbers)
-        inner, outer = divide(text)
-        by_outer, by_inner = self._asked | names_in(outer), self._asked | names_in(inner)
-        return {
-            Part.WHOLE: (text, self._asked),
-            Part.INNER: (inner, by_outer),
-            Part.OUTER: (outer, by_inner),
-            Part.OUTER_CALLED: (called_inside(outer), by_inner),
-        }
+    def _all(self) -> str:
+        return without(self._shared.text, "px_plan", self._numbers)
+
+    @cached_property
+    def _divided(self) -> tuple[str, str]:
+        return divide(self._all)
+
+
+class _Kinds:
+    """The names under which the functions of several kinds of models are kept, the last first."""
+
+    def __init__(self, triple: str) -> None:
+        self._name = _name("kinds", triple)
+        self._kept = (store.load("native", self._name) or b"").decode().split()
+
+    def known(self, wanted: Set[str]) -> dict[str, Object]:
+        """Which of these functions one of them has."""
+        found: dict[str, Object] = {}
+        for name in self._kept:
+            if len(found) < len(wanted) and (kept := store.load("native", name)) is not None:
+                for key, code in _RAW.decode(kept):
+                    if key in wanted and key not in found:
+                        found[key] = _OBJECT.decode(code)
+        return found
+
+    def add(self, name: str) -> None:
+        names = [name, *self._kept][:_LOOKED_AT]
+        store.store("native", self._name, " ".join(names).encode())
 
 
 def _name(*parts: str) -> str:
     return store.key("exported", version("llvmlite"), *parts)
-
-
-def _kept(text: str, triple: str, called: Set[str]) -> tuple[str, bytes]:
-    """The object, and the name by which it is kept."""
-    called = called & calls_in(text)
-    name = _name(triple, *sorted(called), text)
-    known = store.load("native", name)
-    if known is None:
-        known = _compiled(text, triple, _PASSES, called)
-        store.store("native", name, known)
-    return name, known
-
-
-def _compiled(
-    text: str, triple: str, passes: Sequence[str] = (), called: Set[str] | None = None
-) -> bytes:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    system, fixed = SYSTEMS[triple], triple.startswith("wasm")
-    machine = llvm.Target.from_triple(triple).create_target_machine(
-        cpu=system.cpu,
-        features=system.features,
-        opt=1,
-        reloc="static" if fixed else "pic",  # constants of wasm have addresses of their own
-        codemodel="small",
-    )
-    text = _INSTANCE.sub(rf"\1 {_TIGHT}nounwind", text.replace(SELDOM, _SMALL))
-    text = text.replace(' nounwind "', f' nounwind {system.marks} "')
-    if not triple.startswith("x86"):
-        text = text.replace(f"call double @{LARGER}(", f"call double @{_MAXIMUM}(")
-    with _thrifty(not fixed):
-        return emit_object(text, machine, ("pc_", "px_"), passes, called)
-
-
-@contextmanager
-def _thrifty(wanted: bool) -> Iterator[None]:
-    """Code made here is small, where that is wanted."""
-    import llvmlite.binding as llvm
-
-    options = _OPTIONS if wanted and llvm.llvm_version_info[0] in _TRIED else ()
-    with _LOCK:
-        for name, here, _ in options:
-            llvm.set_option("", f"-{name}={here}")
-        try:
-            yield
-        finally:
-            for name, _, usual in options:
-                llvm.set_option("", f"-{name}={usual}")

@@ -7,8 +7,8 @@ import platform
 
 import pytest
 
+from planarc.export.emission import emitted
 from planarc.export.link.bridge import by_ways, called_inside, ways
-from planarc.export.objects import _compiled
 from planarc.runtime.link import PLACES
 from planarc.runtime.link.join import join
 from planarc.runtime.link.memory import put
@@ -49,10 +49,10 @@ define double @cos(double %a) {
 
 @pytest.mark.skipif(not PLACES or platform.machine() != "x86_64", reason="another processor")
 def test_what_is_called_gets_its_arguments_and_gives_its_result() -> None:
-    inside = read_object(_compiled(INSIDE, LINUX))
+    inside = read_object(emitted(INSIDE, LINUX))
     way = ways([inside])
-    objects = by_ways([inside, read_object(_compiled(way, WINDOWS))])
-    outside = read_object(_compiled(OUTSIDE, WINDOWS))
+    objects = by_ways([inside, read_object(emitted(way, WINDOWS))])
+    outside = read_object(emitted(OUTSIDE, WINDOWS))
     joined = join(put_together([*objects, outside]), lambda length: length)
     assert joined.imports == ()
     memory, start = put(joined.code)
@@ -104,11 +104,11 @@ define ptr @_wfopen(ptr %name, ptr %mode) {{
 @pytest.mark.skipif(not PLACES or platform.machine() != "x86_64", reason="another processor")
 @pytest.mark.parametrize("name", ("C:/a b", "\xe4", "\u20ac/\U0001f600.bin", "x" * 3000))
 def test_names_of_files_are_told_windows_in_its_letters(name: str) -> None:
-    inside = read_object(_compiled(OPENING, LINUX))
-    objects = by_ways([inside, read_object(_compiled(ways([inside]), WINDOWS))])
+    inside = read_object(emitted(OPENING, LINUX))
+    objects = by_ways([inside, read_object(emitted(ways([inside]), WINDOWS))])
     room = (ctypes.c_uint16 * 4096)()
     address = ctypes.addressof(room)
-    outside = read_object(_compiled(SYSTEM.format(room=address), WINDOWS))
+    outside = read_object(emitted(SYSTEM.format(room=address), WINDOWS))
     joined = join(put_together([*objects, outside]), lambda length: length)
     memory, start = put(joined.code)
     opened = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p)(

@@ -16,7 +16,7 @@ from planarc.codegen.native.runtime import runtime_text
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core import processes
-from planarc.export import objects
+from planarc.export import emission
 from planarc.export.fmi import three, two
 from planarc.export.fmu import make_fmu
 from planarc.export.wishes import Wishes
@@ -38,7 +38,7 @@ def test_systems_that_call_alike_share_objects(monkeypatch: pytest.MonkeyPatch) 
             made.append(machine.triple)
         return emit_object(text, machine, *more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(objects, "emit_object", counted)
+    monkeypatch.setattr(emission, "emit_object", counted)
     monkeypatch.setattr(processes, "cores", lambda: 1)  # another one counts for itself
     make_fmu(compiled("pendulum"), Wishes())
     assert sorted(made) == ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"]
@@ -53,7 +53,7 @@ def test_what_a_process_makes_beside_this_one_is_the_same(monkeypatch: pytest.Mo
         made.append(os.getpid())
         return emit_object(text, machine, *more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(objects, "emit_object", counted)
+    monkeypatch.setattr(emission, "emit_object", counted)
     monkeypatch.setattr(processes, "cores", lambda: 1)
     alone = make_fmu(compiled("pendulum"), Wishes()).data
     count = len(made)
@@ -81,7 +81,7 @@ def emitted(thrifty: bool) -> Object:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(triple).create_target_machine(opt=1, reloc="pic")
-    with objects._thrifty(thrifty):
+    with emission._thrifty(thrifty):
         return read_object(emit_object(runtime_text(), machine, ()))
 
 
@@ -91,12 +91,12 @@ def test_options_are_set_only_where_llvm_is_known_to_have_them(
     """An LLVM without one of them would end the process."""
     told: list[str] = []
     monkeypatch.setattr(llvm, "set_option", lambda name, option: told.append(option))
-    for major in (*objects._TRIED, objects._TRIED.stop):
+    for major in (*emission._TRIED, emission._TRIED.stop):
         told.clear()
         monkeypatch.setattr(llvm, "llvm_version_info", (major, 0, 0))
-        with objects._thrifty(True):
+        with emission._thrifty(True):
             pass
-        assert bool(told) is (major in objects._TRIED)
+        assert bool(told) is (major in emission._TRIED)
 
 
 def test_other_code_of_the_process_is_made_as_before() -> None:

@@ -21,7 +21,8 @@ from planarc.core.options import RunOptions
 from planarc.export.fmu import PLATFORMS, make_library
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
-from planarc.export.objects import compile_library
+from planarc.export.module import write_whole
+from planarc.export.objects import compile_library, compile_wasm
 from planarc.export.page.entries import functions
 from planarc.export.page.module import make_module
 from planarc.export.wishes import tolerance_of
@@ -192,8 +193,8 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 def test_a_function_that_no_object_has_is_imported() -> None:
     """And what nothing reaches is left out."""
     model, entries = compiled("pendulum"), functions()
-    objects = compile_library(
-        model.program, take_image(model), entries, "", 1e-8, "wasm32-unknown-unknown"
+    objects = compile_wasm(
+        write_whole(model.program, take_image(model), entries, "", 1e-8, None, False)
     )
     small, whole = (write_module(objects, names) for names in (entries.names[:1], entries.names))
     assert b"calloc" in small and b"\3sin" not in small

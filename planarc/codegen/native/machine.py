@@ -114,15 +114,22 @@ def _compiled(text: str, level: int, passes: Sequence[str] = ()) -> bytes:
 
 
 def emit_object(
+    text: str, machine: Any, hidden: tuple[str, ...], passes: Sequence[str] = ()
+) -> bytes:
+    """The text's object code, after passes of LLVM."""
+    return bytes(machine.emit_object(optimised(text, machine, hidden, passes)))
+
+
+def optimised(
     text: str,
     machine: Any,
     hidden: tuple[str, ...],
     passes: Sequence[str] = (),
     called: Container[str] | None = None,
-) -> bytes:
-    """The text's object code, after passes of LLVM. Names that begin in a `hidden` way are known to
-    what is linked with it alone, which needs no table to find them; where it is told which of them
-    are `called` from there, the others may go."""
+) -> Any:
+    """The text's module, after passes of LLVM. Names that begin in a `hidden` way are known to what
+    is linked with it alone, which needs no table to find them; where it is told which of them are
+    `called` from there, the others may go."""
     import llvmlite.binding as llvm
 
     module = llvm.parse_assembly(text)
@@ -140,4 +147,4 @@ def emit_object(
         for name in passes:
             getattr(manager, f"add_{name}_pass")()
         manager.run(module, builder)
-    return bytes(machine.emit_object(module))
+    return module

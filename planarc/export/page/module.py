@@ -24,7 +24,7 @@ from planarc.export.delays import delay_messages
 from planarc.export.image import take_image
 from planarc.export.link.wasm import write_module
 from planarc.export.module import write_whole
-from planarc.export.objects import compile_for
+from planarc.export.objects import compile_wasm
 from planarc.export.page.entries import functions
 from planarc.export.page.held import taken
 from planarc.export.wishes import tolerance_of
@@ -33,8 +33,6 @@ from planarc.ir.derivatives import Scope
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
-
-_TRIPLE = "wasm32-unknown-unknown"
 
 
 class Module(Data):
@@ -55,6 +53,6 @@ def make_module(compiled: Compiled, stiff: bool = False) -> Module:
     entries = functions(is_eventful(program), image.step is not None)
     slopes = derive_slopes(program, Scope.ALL, ()) if stiff else None
     written = write_whole(program, image, entries, "", tolerance_of(program), slopes, stiff)
-    objects = compile_for(written, _TRIPLE)
+    objects = compile_wasm(written)
     late = tuple(delay_messages(program, image.lags))
     return Module(write_module(objects, entries.names), frozenset(s for s, _ in image.held), late)

@@ -22,7 +22,7 @@ _ALLOCATED, _WRITABLE = 2, 1  # flags of a section
 _SYMBOLS, _RELOCATIONS, _EMPTY = 2, 4, 8  # kinds of sections
 
 
-class Relocation(Data):
+class Relocation(Data, array_like=True):
     """A place, the symbol whose address it wants, in which form (`kind`, of the processor)."""
 
     offset: int
@@ -31,14 +31,14 @@ class Relocation(Data):
     addend: int
 
 
-class Section(Data):
+class Section(Data, array_like=True):
     name: str
     data: bytes
     align: int
     relocations: tuple[Relocation, ...]
 
 
-class Symbol(Data):
+class Symbol(Data, array_like=True):
     """`section` is an index in `Object.sections`, or None of what another library has."""
 
     name: str
@@ -47,7 +47,7 @@ class Symbol(Data):
     public: bool
 
 
-class Object(Data):
+class Object(Data, array_like=True):
     processor: int
     sections: tuple[Section, ...]
     symbols: tuple[Symbol, ...]
