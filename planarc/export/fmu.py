@@ -38,7 +38,12 @@ from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
-    from planarc.export.fmi.variables import Dependencies
+    from planarc.export.fmi.entries import Entries
+    from planarc.export.fmi.variables import Dependencies, Interface
+    from planarc.export.image import Image
+    from planarc.export.module import Written
+    from planarc.instance.plan import Lags
+    from planarc.ir.program import Program
     from planarc.runtime.link.objects import Object
 
 
@@ -79,46 +84,83 @@ def make_fmu(compiled: Compiled, wishes: Wishes) -> Fmu:
 
 
 def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
+    from planarc.export.fmi.variables import interface
+    from planarc.export.idle import without_idle
+    from planarc.export.image import take_image
+    from planarc.export.objects import compile_all
+
+    folders = _folders(wishes)
+    program = restricted(without_idle(compiled.program), wishes.parameters)
+    refuse(program, wishes.stiff)
+    # Derivatives wait for the start only where they have to know how long the past is.
+    image = take_image(compiled) if program.delays else None
+    lags = None if image is None else image.lags
+    with Aside(lambda: _besides(program, wishes, lags)) as aside:
+        image = replace(image or take_image(compiled), stiff=wishes.stiff)
+        shown = interface(program, image.w, image.held, image.selection, wishes.outputs,
+                          image.timed, wishes.stiff, image.step)  # fmt: skip
+        files, written, entries = _described(compiled, program, image, shown, wishes, aside)
+    objects = compile_all(written, dict.fromkeys(kind.triple for kind in folders.values()))
+    identifier = _identifier(program.name)
+    for folder, kind in folders.items():
+        name = f"{identifier}.{kind.ending}"
+        files[f"binaries/{folder}/{name}"] = make_library(
+            kind, objects[kind.triple], name, entries.names
+        )
+    causes = [v.causality for v in shown.variables]
+    return Fmu(
+        write_archive(files),
+        causes.count("input"),
+        causes.count("output"),
+        causes.count("parameter") - 1,  # that of the integrator is planarc's own
+        program.state_count,
+        image.step is None,
+    )
+
+
+def _besides(program: Program, wishes: Wishes, lags: Lags | None) -> Iterator[Any]:
+    """What depends on what, where there are derivatives, and these."""
+    from planarc.export.fmi.variables import dependencies, output_slots
+    from planarc.export.module import derived
+    from planarc.instance.plan import crowd_names
+
+    slots = output_slots(program, wishes.outputs)
+    slopes = None if crowd_names(program) else derivatives(program, slots)
+    yield None if slopes is None else dependencies(program, slopes, slots)
+    yield derived(program, lags, slopes, _spelled(wishes))
+
+
+def _spelled(wishes: Wishes) -> bool:
+    """What people read is no list of numbers, nor what implicit steps ask for again and again."""
+    return not (wishes.source or wishes.stiff)
+
+
+def _described(
+    compiled: Compiled, program: Program, image: Image, shown: Interface, wishes: Wishes,
+    aside: Aside[Any],
+) -> tuple[dict[str, bytes], Written, Entries]:  # fmt: skip
+    """All files but the libraries, and what these are made of."""
     from planarc.export.documentation import documents
     from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
     from planarc.export.fmi.entries import INTEGER
     from planarc.export.fmi.terminals import describe_terminals
-    from planarc.export.fmi.variables import dependencies, interface
-    from planarc.export.idle import without_idle
-    from planarc.export.image import take_image
-    from planarc.export.module import derived, write
-    from planarc.export.objects import compile_all
+    from planarc.export.fmi.variables import by_reference
+    from planarc.export.module import write
     from planarc.instance.stored import FILE
 
     if wishes.source:
         from planarc.export.c.library import COMPILED, describe_build, library_sources
 
-    folders = _folders(wishes)
-    program = restricted(without_idle(compiled.program), wishes.parameters)
-    refuse(program, wishes.stiff)
-    image = replace(take_image(compiled), stiff=wishes.stiff)
-    crowded = image.step is not None
-    shown = interface(program, image.w, image.held, image.selection, wishes.outputs, image.timed,
-                      wishes.stiff, image.step)  # fmt: skip
-    causes = [v.causality for v in shown.variables]
     seen = [v.name for v in shown.variables if v.causality == "output"]
     if wishes.outputs is not None and not any(map(wishes.outputs.search, seen)):
         raise no_match("variable that changes", wishes.outputs)
     version = three if wishes.version == 3 else two
+    crowded = image.step is not None
     enumerations = any(v.type for v in shown.variables)
     integers = any(v.kind == INTEGER for v in shown.variables)
     entries = version.functions(bool(program.delays), crowded, enumerations, integers)
-    tolerance = tolerance_of(program)
     identifier = _identifier(program.name)
-    # What people read is no list of numbers, nor what implicit steps ask for again and again.
-    spelled = not (wishes.source or wishes.stiff)
-
-    def besides() -> Iterator[Any]:
-        """What depends on what, where there are derivatives, and these."""
-        slopes = None if crowded else derivatives(program, shown)
-        yield None if slopes is None else dependencies(program, shown, slopes)
-        yield derived(program, image, slopes, spelled)
 
     @cache
     def draft() -> str:
@@ -126,15 +168,15 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
         known: Dependencies | None = next(aside)
         told = Told(wishes.version, identifier, "", _tool(), known is not None,
                     COMPILED if wishes.source else (), not crowded)  # fmt: skip
-        return describe(program, replace(shown, dependencies=known or {}), told)
+        by_names = by_reference(program, shown, known or {})
+        return describe(program, replace(shown, dependencies=by_names), told)
 
     def token() -> str:
         return "{" + sha256(draft().encode() + image.w.tobytes()).hexdigest()[:32] + "}"
 
-    with Aside(besides) as aside:
-        files = documents(compiled, shown)
-        written = write(program, image, entries, token, tolerance, lambda: next(aside),
-                        spelled=spelled, apart=not wishes.source)  # fmt: skip
+    files = documents(compiled, shown)
+    written = write(program, image, entries, token, tolerance_of(program), lambda: next(aside),
+                    spelled=_spelled(wishes), apart=not wishes.source)  # fmt: skip
     if wishes.version == 3 and (terminals := describe_terminals(program, shown)):
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
     key = "instantiationToken" if wishes.version == 3 else "guid"
@@ -147,20 +189,7 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
         if wishes.version == 3:
             sources["buildDescription.xml"] = describe_build(identifier)
         files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
-    objects = compile_all(written, dict.fromkeys(kind.triple for kind in folders.values()))
-    for folder, kind in folders.items():
-        name = f"{identifier}.{kind.ending}"
-        files[f"binaries/{folder}/{name}"] = make_library(
-            kind, objects[kind.triple], name, entries.names
-        )
-    return Fmu(
-        write_archive(files),
-        causes.count("input"),
-        causes.count("output"),
-        causes.count("parameter") - 1,  # that of the integrator is planarc's own
-        program.state_count,
-        not crowded,
-    )
+    return files, written, entries
 
 
 def _folders(wishes: Wishes) -> dict[str, Platform]:

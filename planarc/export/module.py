@@ -54,6 +54,7 @@ from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.crowd import layout as crowd
 from planarc.instance.plan import (
     Jam,
+    Lags,
     Own,
     crowd_names,
     distances,
@@ -119,14 +120,14 @@ class Derived(Data):
     exist: bool = False
 
 
-def derived(program: Program, image: Image, slopes: Slopes | None, spelled: bool) -> Derived:
+def derived(program: Program, lags: Lags | None, slopes: Slopes | None, spelled: bool) -> Derived:
     """What else a model's derivatives are. It may be made aside of all that `write` writes."""
     nodes = nodes_of(program, slopes)
     if slopes is None:
         return Derived(nodes=nodes)
     rows = Rows(Own.SLOPE_ROWS)
     rows.numbers.append(0)  # what is told late is no row that others may share
-    carrier = _carrier(program, image, spelled, joins=True)
+    carrier = _carrier(program, lags, spelled, joins=True)
     text = slopes_ir(program, slopes, Scope.ALL, rows, carrier)
     return Derived(text, slopes.tape(), nodes, rows.numbers, carrier, True)
 
@@ -136,7 +137,7 @@ def write_whole(
     slopes: Slopes | None = None, derivatives: bool = True, spelled: bool = False,
 ) -> Written:  # fmt: skip
     """The modules, whose texts hold all."""
-    found = derived(program, image, slopes, spelled)
+    found = derived(program, image.lags, slopes, spelled)
     return write(
         program, image, entries, lambda: token, tolerance, lambda: found, derivatives, spelled
     )
@@ -154,7 +155,7 @@ def write(
     in a file."""
     slopes = cache(slopes)
     own, stored = _own(program, image, entries, token, tolerance, slopes, derivatives,
-                       _carrier(program, image, spelled), apart)  # fmt: skip
+                       _carrier(program, image.lags, spelled), apart)  # fmt: skip
     traits = Traits(
         touches=bool(Points(program).all),
         delayed=bool(program.delays),
@@ -167,11 +168,13 @@ def write(
     return Written(shared, _solver(program), own, slopes().text, stored)
 
 
-def _carrier(program: Program, image: Image, wanted: bool, joins: bool = False) -> Carrier | None:
+def _carrier(
+    program: Program, lags: Lags | None, wanted: bool, joins: bool = False
+) -> Carrier | None:
     """What carries out a large model's statements."""
     if not wanted or weight(program) < _LARGE:
         return None
-    return Carrier(Own.OPERATIONS, *distances(program, image.lags), joins)
+    return Carrier(Own.OPERATIONS, *distances(program, lags), joins)
 
 
 def _solver(program: Program) -> str:

@@ -6,19 +6,18 @@ Raises:    UsageError V505 for parameters that there are not.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.instance.block import OTHER
 from planarc.instance.plan import is_settable
 from planarc.ir.derivatives import Scope
 from planarc.view.storage import no_match
 
 if TYPE_CHECKING:
     from planarc.codegen.slopes import Slopes
-    from planarc.export.fmi.variables import Interface
     from planarc.ir.program import Program
 
 #: Co-simulation has errors of this part of the experiment's tolerance, or less.
@@ -53,12 +52,11 @@ def restricted(program: Program, parameters: re.Pattern[str] | None) -> Program:
     return replace(program, parameter_slots=slots)
 
 
-def derivatives(program: Program, shown: Interface) -> Slopes | None:
-    """The derivatives of outputs and of the states' derivatives, by states, inputs and the time;
-    not by the time where it is an argument of a function without derivatives."""
+def derivatives(program: Program, wanted: Collection[int]) -> Slopes | None:
+    """The derivatives of these slots and of the states' derivatives, by states, inputs and time;
+    not by time where it is an argument of a function without derivatives."""
     from planarc.codegen.slopes import derive_slopes
 
-    wanted = [v.reference % OTHER // 8 for v in shown.variables if v.causality == "output"]
     bare = replace(program, parameter_slots=())
     found = derive_slopes(bare, Scope.ALL, wanted, timed=True)
     return derive_slopes(bare, Scope.ALL, wanted) if found is None else found

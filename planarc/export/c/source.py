@@ -79,7 +79,7 @@ class Source(Data):
 def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     """The files of a model."""
     from planarc.export.c.entries import functions
-    from planarc.export.fmi.variables import interface
+    from planarc.export.fmi.variables import interface, output_slots
     from planarc.export.module import SHARED, write_whole
 
     program = restricted(compiled.program, wishes.parameters)
@@ -90,7 +90,8 @@ def make_source(compiled: Compiled, wishes: Wishes) -> Source:
     causes = [v.causality for v in shown.variables]
     if wishes.outputs is not None and "output" not in causes:
         raise no_match("variable that changes", wishes.outputs)
-    slopes = derivatives(program, shown) if wishes.stiff else None
+    slots = output_slots(program, wishes.outputs)
+    slopes = derivatives(program, slots) if wishes.stiff else None
     entries = functions()
     written = write_whole(program, image, entries, "", tolerance_of(program), slopes, wishes.stiff)
     shared, own = written.texts[:SHARED], written.texts[SHARED:]

@@ -64,7 +64,7 @@ class Seen(Data):
     aliases: tuple[Column, ...] = ()
 
 
-#: Of outputs and derivatives of states: references of what they depend on, and how.
+#: Of outputs and derivatives of states: references, or slots, of what they depend on, and how.
 Dependencies: TypeAlias = "Mapping[int, Mapping[int, str]]"
 
 
@@ -78,26 +78,46 @@ class Interface(Data):
     dependencies: Dependencies = field(default_factory=dict)
 
 
-def dependencies(program: Program, shown: Interface, slopes: Slopes) -> Dependencies:
-    """What outputs and derivatives depend on, where the states are always the same and it is known
-    what moves with the time; else nothing."""
+def output_slots(program: Program, outputs: re.Pattern[str] | None) -> tuple[int, ...]:
+    """The slots of all that may be outputs, before it is known what a host is shown."""
+    own = _outputs(program, outputs)
+    columns = (c for c in program.columns if not c.constant and c.kind in _KINDS)
+    slots = (c.slot for c in columns if c.name in own)
+    return tuple(dict.fromkeys(slots))
+
+
+def dependencies(program: Program, slopes: Slopes, slots: Collection[int]) -> Dependencies:
+    """What these slots and the derivatives of states depend on, by slots, where the states are
+    always the same and it is known what moves with the time; else nothing."""
     from planarc.export.fmi.dependencies import KINDS, find_dependencies
 
     nodes = {slot: node for node, slot in enumerate(slopes.slots) if slot >= 0}
-    if any(r >= 8 * program.size for r in shown.states) or 0 not in nodes:
+    if not never_exchanged(program) or 0 not in nodes:
         return {}
-    own = [v.reference for v in shown.variables if v.causality in ("input", "independent")]
-    knowns = {nodes[r // 8]: r for r in (*shown.states, *own) if r // 8 in nodes}
+    states = [c.slot for c in program.candidates]
+    inputs = [c.slot for c in program.columns if c.name in program.inputs]
+    knowns = {nodes[slot]: slot for slot in (0, *states, *inputs) if slot in nodes}
     tunable = tunable_parameters(program)
     fixed = {c.name for c in program.columns if c.constant} - tunable
     found = find_dependencies(slopes, knowns, fixed, tunable)
+    return {
+        slot: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
+        for slot in (*slots, *(c.derivative for c in program.candidates))
+        if slot in nodes
+    }
+
+
+def by_reference(program: Program, shown: Interface, found: Dependencies) -> Dependencies:
+    """The same for what a host is shown; nothing of what nothing is known."""
+    if not found:
+        return {}
+    known = [v.reference for v in shown.variables if v.causality in ("input", "independent")]
+    names = {r // 8: r for r in (*shown.states, *known)}
     # At events outputs may follow anything, by relations and what is held between events.
     outputs = [v.reference for v in shown.variables if not is_eventful(program)
                and v.causality == "output" and v.kind == NUMBER]  # fmt: skip
     return {
-        r: {knowns[k]: KINDS[kind] for k, kind in found[nodes[slot]].items()}
-        if (slot := r % OTHER // 8) in nodes
-        else {}
+        r: {names[slot]: kind for slot, kind in found.get(r % OTHER // 8, {}).items()}
         for r in (*outputs, *shown.rates)
     }
 
@@ -129,7 +149,7 @@ def interface(
             groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
     found = _Shown(program, w, {slot for slot, _ in held}, outputs)
     candidates = [program.candidates[i] for i in selection]
-    fixed = _never_exchanged(program) or step is not None
+    fixed = never_exchanged(program) or step is not None
     place = program.size + 2 * program.state_count + 1 + len(program.relations)
     choice = Seen(8 * place + 2 * TRUTH, TRUTH, STIFF,
                   "parameter", "fixed", "exact", float(stiff),
@@ -183,7 +203,7 @@ def _zeros(program: Program, timed: Collection[int]) -> list[Seen]:
     ]  # fmt: skip
 
 
-def _never_exchanged(program: Program) -> bool:
+def never_exchanged(program: Program) -> bool:
     """Whether the states are the same candidates in every run, each shown by a column."""
     from planarc.solve.states.selector import open_blocks
 
@@ -205,6 +225,15 @@ def _types(program: Program) -> dict[str, Enumeration]:
     return found
 
 
+def _outputs(program: Program, wished: re.Pattern[str] | None) -> set[str]:
+    """The names of outputs: the model's own, and those wished for."""
+    own = set(program.outputs)
+    if wished is not None:
+        return own | {c.name for c in program.columns if wished.search(c.name)}
+    # A host shows outputs first: those that say where everything is.
+    return own or {c.display for c in program.candidates}
+
+
 class _Shown:
     """Variables by their groups of columns."""
 
@@ -216,13 +245,7 @@ class _Shown:
         self._nominals = {c.slot: abs(float(w[c.nominal])) for c in program.candidates
                           if c.nominal is not None}  # fmt: skip
         self._parameters: dict[str, ParameterSlot] = {p.name: p for p in program.parameter_slots}
-        own = set(program.outputs)
-        names = {c.name for c in program.columns}
-        if outputs is not None:
-            own |= {name for name in names if outputs.search(name)}
-        elif not own:  # a host shows outputs first: those that say where everything is
-            own = {c.display for c in program.candidates}
-        self._outputs, self._inputs = own, set(program.inputs)
+        self._outputs, self._inputs = _outputs(program, outputs), set(program.inputs)
         self._discrete = {d.slot for d in program.discretes}
         self._declared = Declared(program, w)
         self._types = _types(program)
