@@ -273,6 +273,37 @@ def exported(example: str) -> float:
     return statistics.median(times[1:])
 
 
+#: The last of these examples as an FMU, the others written before: wall seconds beyond its compile.
+_FIRST = """
+import sys
+from pathlib import Path
+from time import perf_counter
+from planarc.compiler import compile_model
+from planarc.export.fmu import make_fmu
+from planarc.export.wishes import Wishes
+from planarc.request.request import Request
+for name in sys.argv[2:]:
+    compiled = compile_model(Request(Path(sys.argv[1]) / f"{name}.pmo"))
+    begin = perf_counter()
+    make_fmu(compiled, Wishes())
+print(perf_counter() - begin)
+"""
+
+
+def first_exported(*examples: str) -> float:
+    """The same for the first FMU of its kind, from an empty cache."""
+    times = []
+    for _ in range(REPEATS):
+        with tempfile.TemporaryDirectory() as cache:
+            done = subprocess.run(
+                [sys.executable, "-c", _FIRST, str(EXAMPLES), *examples],
+                check=True, capture_output=True, text=True,
+                env=environment(PLANARC_CACHE_DIR=cache),
+            )  # fmt: skip
+        times.append(float(done.stdout))
+    return statistics.median(times)
+
+
 def from_python(runs: int | None = None) -> float:
     """CPU seconds of one more `model.simulate` from Python, start included: the least of many."""
     import planarc as package
@@ -328,6 +359,14 @@ BARS = (
     Bar("cam follower again in one process, numpy", "ms", None, lambda: 1e3 * cam_again("numpy")),
     Bar("gripper as an FMU, beyond its compile", "s", 1.0, lambda: exported("gripper")),
     Bar("chain over a peg as an FMU, likewise", "s", 1.0, lambda: exported("chain_over_peg")),
+    Bar(
+        "double pendulum as an FMU behind a four-bar",
+        "s",
+        1.0,
+        lambda: first_exported("four_bar", "double_pendulum"),
+    ),
+    Bar("four-bar as the first FMU of a machine", "s", 1.0, lambda: first_exported("four_bar")),
+    Bar("gripper as the first FMU of a machine", "s", 1.0, lambda: first_exported("gripper")),
     Bar("sweep of 1,000 four-bars, wall", "s", 15.0, study),
     Bar("memory, four-bar, empty caches, with page", "MB", 250.0, lambda: megabytes(fresh())),
 )

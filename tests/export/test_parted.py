@@ -12,6 +12,7 @@ import pytest
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.export import objects
+from planarc.export.emission import shared_text
 from planarc.export.fmu import make_fmu
 from planarc.export.parted import divide
 from planarc.export.wishes import Wishes
@@ -69,12 +70,11 @@ def test_windows_and_linux_share_what_is_inside(
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # nothing is known
     made: list[tuple[str, bool]] = []
 
-    def kept(text: str, triple: str, called: set[str]) -> tuple[str, bytes]:
+    def noted(text: str, triple: str, called: set[str]) -> str:
         made.append((triple.split("-")[2], "define i32 @px_step(" in text))
-        return known(text, triple, called)
+        return shared_text(text, triple, called)
 
-    known = objects._kept
-    monkeypatch.setattr(objects, "_kept", kept)
+    monkeypatch.setattr(objects, "shared_text", noted)
     platforms = ("x86_64-linux", "x86_64-windows", "x86_64-darwin")
     make_fmu(compiled("pendulum"), Wishes(platforms=platforms))
     assert sorted(system for system, inner in made if inner) == ["linux"]
