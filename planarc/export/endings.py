@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
+from itertools import chain
 
 from msgspec.structs import replace
 
@@ -24,6 +25,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.export.crowds import overlaps
 from planarc.export.fits import misfits
 from planarc.instance.actions import endings, reader
+from planarc.instance.clauses import warnings
 from planarc.instance.plan import LETTERS, Jam, Own, crowd_names
 from planarc.instance.said import MARK
 from planarc.instance.text import text_constant
@@ -81,7 +83,7 @@ def ends_of(program: Program, names: bool = True) -> Iterator[Diagnostic]:
     of bodies that overlap, or without them."""
     for action in endings(program):
         if isinstance(action, Assertion):
-            yield assertion_diagnostic(program, THEN, action, marked(action.message))
+            yield _assertion(program, action)
         elif isinstance(action, Terminate):
             yield terminated(THEN, action, marked(action.message))
         else:
@@ -93,19 +95,27 @@ def ends_of(program: Program, names: bool = True) -> Iterator[Diagnostic]:
         yield replace(d, message=d.message.replace("t = 0 s", NOW))
 
 
+def _assertion(program: Program, failed: Assertion) -> Diagnostic:
+    return assertion_diagnostic(program, THEN, failed, marked(failed.message))
+
+
 def marked(message: Message) -> str:
     """A message with a mark for each value."""
     return "".join(p if isinstance(p, str) else MARK for p in message.parts)
 
 
-def templates(program: Program, shown: Callable[[str], str]) -> tuple[list[str], str]:
-    """`shown` makes a text one that a logger shows as it is."""
+def templates(program: Program, shown: Callable[[str], str], warns: bool) -> tuple[list[str], str]:
+    """`shown` makes a text one that a logger shows as it is; `warns`: behind endings stand those of
+    assertions that only warn."""
     c = Code("px_values", "void", ((POINTER, "m"), (INT, "number")))
     m, number = c.arguments
     leaf = _leaf(program, m)
     found: list[str] = []
     constants: list[str] = []
-    for i, (d, message) in enumerate(zip(ends_of(program), ends(program), strict=True), 1):
+    mild = warnings(program) if warns else ()
+    told_of = chain(ends_of(program), (_assertion(program, a) for a in mild))
+    messages = (*ends(program), *(a.message for a in mild))
+    for i, (d, message) in enumerate(zip(told_of, messages, strict=True), 1):
         forms = list(_PAIR_FORMS) if message is PAIR else []
         if values := values_of(message):
             told = [p[1] for p in message.parts if not isinstance(p, str)]
@@ -148,7 +158,8 @@ def subjects(program: Program, shown: Callable[[str], str]) -> str:
 
 
 def most_values(program: Program) -> int:
-    counts = (len(_PAIR_FORMS if m is PAIR else values_of(m)) for m in ends(program))
+    messages = (*ends(program), *(a.message for a in warnings(program)))
+    counts = (len(_PAIR_FORMS if m is PAIR else values_of(m)) for m in messages)
     return max(counts, default=0)
 
 

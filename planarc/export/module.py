@@ -21,7 +21,7 @@ from functools import cache, partial
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from planarc.codegen.native.assembly import FLAG, POINTER, REAL, SELDOM, Code, Value, table
+from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value, table
 from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula
 from planarc.codegen.native.gauss import SMALL, solve_functions
@@ -48,7 +48,14 @@ from planarc.export.tables import (
     text_words,
 )
 from planarc.export.tunable import tunable_parameters
-from planarc.instance.actions import action_functions, carry_values, endings, errors, reader
+from planarc.instance.actions import (
+    action_functions,
+    carry_values,
+    endings,
+    errors,
+    first_warning,
+    reader,
+)
 from planarc.instance.clauses import ordered_discretes
 from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.crowd import layout as crowd
@@ -190,7 +197,7 @@ def _own(
 ) -> tuple[str, bytes]:  # fmt: skip
     """The model's functions, its tables and its messages; what stands in the file of numbers."""
     rows = Rows(Own.ROWS)
-    judged, crowds = _asserts(program, carrier), crowd_names(program)
+    judged, crowds = _asserts(program, carrier, entries.warns), crowd_names(program)
     if crowds:
         felt, listed = tell_crowds(program, image.selection, carrier)
         kept, area = crowd.kept_words(listed), crowd.sizes(listed, program)
@@ -199,12 +206,12 @@ def _own(
         kept, area = kept_words(touches), sizes(touches, program.state_count)
     functions = "\n".join(
         (ir(program, small, rows if small else None, carrier),
-         *tables_of(program, image), action_functions(program), felt)
+         *tables_of(program, image), action_functions(program, warns=entries.warns), felt)
     )  # fmt: skip
     discretes = [n for d in ordered_discretes(program)[0] for n in (d.slot, d.pre, d.start)]
     settable = rules(program, image.held, tunable_parameters(program))
     lags = image.lags
-    ends, values = templates(program, entries.as_shown)
+    ends, values = templates(program, entries.as_shown, entries.warns)
     late = delay_messages(program, lags)
     ends += [f"at t = {MARK}t6 s {entries.as_shown(text)}" for text in late]
     seal = int.from_bytes(sha256(token().encode()).digest()[:7])
@@ -252,26 +259,36 @@ def _own(
     return lead(own) if stored else own, stored
 
 
-def _asserts(program: Program, carrier: Carrier | None) -> str:
-    """Which assertion fails first, counted from 1, or which condition that was left out."""
+def _asserts(program: Program, carrier: Carrier | None, warns: bool) -> str:
+    """Which assertion fails first, counted from 1, or which condition that was left out. Those that
+    only warn are told where none fails, each once."""
     c = Code("px_asserts", FLAG, ((POINTER, "frame"), (REAL, "t")))
     frame, t = c.arguments
     conditions = [a.condition for a in errors(program)]
+    count = len(conditions)
+    conditions += [a.condition for a in program.assertions if a.warning and warns]
     truths = Value(c, POINTER, "%truths")
     if carry_values(program, conditions, carrier, c, truths):
         c.place(REAL, len(conditions), truths.text)
-        with c.loop(len(conditions)) as i, c.when(~bit(c, truths.load(REAL, i)), leaves=True):
+        with c.loop(count) as i, c.when(~bit(c, truths.load(REAL, i)), leaves=True):
             c.give(c.flag(i + 1))
+        mild = (bit(c, truths.load(REAL, k)) for k in range(count, len(conditions)))
     else:
         leaf = reader(program, frame.load(POINTER, Frame.W), t)
-        for k, condition in enumerate(conditions, 1):
+        for k, condition in enumerate(conditions[:count], 1):
             with c.when(~bit(c, formula(c, condition, leaf)), leaves=True):
                 c.give(k)
+        mild = (bit(c, formula(c, condition, leaf)) for condition in conditions[count:])
     jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
     first = len(endings(program)) + jams + 1
     for k, slot in enumerate(misfit_slots(program), first):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):
             c.give(k)
+    told = frame.load(POINTER, Own.WARNED)
+    for k, holds in enumerate(mild):
+        with c.when(~holds & told.load(INT, k).equals(0)):
+            told.store(c.constant(1, INT), k)
+            c.run("px_warn", frame, c.constant(first_warning(program) + k, INT))
     c.give(0)
     return c.text(SELDOM)

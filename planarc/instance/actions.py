@@ -28,8 +28,8 @@ from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.codegen.native.rolling import SHORTEST_SELDOM
 from planarc.codegen.native.spelled import is_spelled
-from planarc.instance.clauses import actions, keeps, ordered_discretes
-from planarc.instance.plan import Own, crowd_names
+from planarc.instance.clauses import actions, keeps, ordered_discretes, warnings
+from planarc.instance.plan import Jam, Own, crowd_names
 from planarc.instance.settling import ACTED, discrete
 from planarc.ir.dae import (
     EDGE,
@@ -43,6 +43,7 @@ from planarc.ir.dae import (
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame
 from planarc.ir.program import Let, Program
+from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
 
@@ -55,6 +56,13 @@ def errors(program: Program) -> tuple[Assertion, ...]:
 def endings(program: Program) -> list[Action]:
     """Everything that a run may end with, in the order of their numbers, from 1."""
     return [*errors(program), *(a for a in actions(program) if _ends(a))]
+
+
+def first_warning(program: Program) -> int:
+    """The number of the first of `warnings`, behind all endings."""
+    jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
+    conditions = program.sharing.conditions if program.sharing is not None else ()
+    return len(endings(program)) + jams + len(conditions) + 1
 
 
 def _ends(action: Action) -> bool:
@@ -109,17 +117,18 @@ def carry_values(
     return True
 
 
-def action_functions(program: Program, asks: bool = False) -> str:
+def action_functions(program: Program, asks: bool = False, warns: bool = False) -> str:
     """The functions and tables of a model's events. `asks`: a run in Python asks for them, which
-    tells by itself what an action ends or warns of."""
+    tells by itself what an action ends or warns of; `warns`: they tell that (`px_warn`)."""
     return "\n".join(
         (
             "declare i64 @px_reinit(ptr, i64, double)",
             "declare void @px_impact(ptr, double)",
             "declare void @px_copy(ptr, ptr, i64)",
+            "declare void @px_warn(ptr, i64)" if warns else "",
             _branches(program),
             _assign(program),
-            _act(program, asks),
+            _act(program, asks, warns),
             "" if asks else _samples(program),
             table("px_sampled", (slot for slot, *_ in program.samplers)),
             table("px_quiet_slots", unknowns(program)),
@@ -206,11 +215,14 @@ def _setters(program: Program) -> dict[int, list[tuple[int, int]]]:
     return found
 
 
-def _act(program: Program, asks: bool) -> str:
+def _act(program: Program, asks: bool, warns: bool) -> str:
     c = Code("px_act", INT, ((POINTER, "m"), (REAL, "t")))
     m, t = c.arguments
     number, moved, struck = numbers(program), c.variable(0, INT), c.variable(0, INT)
     leaf = reader(program, m.load(POINTER, Frame.W), t)
+    mild = [i for i, a in enumerate(actions(program)) if isinstance(a, Assertion) and a.warning]
+    behind = first_warning(program) + len(warnings(program)) - len(mild)
+    warned = {i: k for k, i in enumerate(mild, behind)}
 
     def end(i: int, over: bool) -> None:
         with c.when(m.load(INT, Own.ENDED).equals(0)):
@@ -237,6 +249,9 @@ def _act(program: Program, asks: bool) -> str:
         elif isinstance(action, Assertion) and asks:
             with c.when(~bit(c, formula(c, action.condition, leaf))):
                 m.store(c.constant(1, INT), Own.DOUBT)
+        elif isinstance(action, Assertion) and warns:
+            with c.when(~bit(c, formula(c, action.condition, leaf))):
+                c.run("px_warn", m, c.constant(warned[i], INT))
 
     def strike(_: int, action: Action) -> None:
         struck.set(c.constant(1, INT))

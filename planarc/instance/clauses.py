@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planarc.ir.dae import Action, SetDiscrete
+from planarc.ir.dae import Action, Assertion, SetDiscrete
 from planarc.ir.expr import Op
 from planarc.ir.program import DiscreteSlot, Program
 from planarc.solve.events.whens import own_slots
@@ -10,6 +10,12 @@ from planarc.solve.events.whens import own_slots
 
 def actions(program: Program) -> list[Action]:
     return [a for when in program.whens for *_, found in when.branches for a in found]
+
+
+def warnings(program: Program) -> tuple[Assertion, ...]:
+    """The assertions that only warn: those that always stand, then those of clauses."""
+    told = (a for a in actions(program) if isinstance(a, Assertion))
+    return tuple(a for a in (*program.assertions, *told) if a.warning)
 
 
 def keeps(action: Action) -> bool:

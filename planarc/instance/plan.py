@@ -36,6 +36,7 @@ class Own(IntEnum):
     GIVEN = auto()  # of each start the reference by which it was set, and 1; 0: it was not
     STARTS = auto()
     STAGES = auto()
+    WARNED = auto()  # 1 of each assertion that only warns and was told
     NEAR = auto()  # the states at the accepted point, where loops are closed from there
     RELATIONS = auto()  # numbers of each relation (`Relation`)
     SNAPSHOTS = auto()  # truths and discrete values, three times
@@ -304,6 +305,7 @@ def make_plan(
         Own.GIVEN: len(given),
         Own.STARTS: len(given),
         Own.STAGES: STAGES * n,
+        Own.WARNED: sum(a.warning for a in program.assertions),
         Own.NEAR: n if loops else 0,
         **event_sizes(program, passes(program) if is_eventful(program) else 0),
         Own.TOUCHES: kept,

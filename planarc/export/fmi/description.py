@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.quantity import scale
 from planarc.core.unit import factors, parse
-from planarc.export.fmi.entries import INTEGER, NUMBER, TRUTH
+from planarc.export.fmi.entries import CATEGORIES, INTEGER, NUMBER, TRUTH
 from planarc.export.fmi.variables import Interface, Seen, shown_name
 from planarc.instance.plan import is_eventful
 from planarc.ir.program import Program
@@ -88,7 +88,8 @@ def describe(program: Program, shown: Interface, told: Told) -> str:
     _units(root, shown)
     _types(root, shown, three)
     categories = Xml.SubElement(root, "LogCategories")
-    Xml.SubElement(categories, "Category", name="logStatusError")
+    for name in CATEGORIES:
+        Xml.SubElement(categories, "Category", name=name)
     experiment = program.experiment
     Xml.SubElement(
         root,

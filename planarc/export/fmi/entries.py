@@ -35,6 +35,8 @@ from planarc.instance.settling import ACTED, DENSE, ENDLESS, UNSOLVED
 from planarc.instance.text import text_constant
 from planarc.ir.frame import Frame, Number
 
+#: Categories of messages, by the standard's names: of warnings, of all others.
+CATEGORIES = ("logStatusWarning", "logStatusError")
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 #: What messages are filled with.
 #: Where ticks cannot be told apart (`DENSE`).
@@ -55,7 +57,7 @@ class Entries:
     (code, instance, status, category, message); `plain` makes a text one that a logger shows as it
     is; `delayed`: the model has a past, which steps of the host become part of; `by_uri`: the
     folder of resources is told so, and not by its path; `crowded`: it takes steps of one length,
-    and is not for model exchange."""
+    and is not for model exchange; `warns`: what assertions only warn of is told, too."""
 
     def __init__(
         self,
@@ -64,8 +66,9 @@ class Entries:
         delayed: bool = False,
         by_uri: bool = False,
         crowded: bool = False,
+        warns: bool = False,
     ) -> None:
-        self.crowded = crowded
+        self.crowded, self.warns = crowded, warns
         self.as_shown, self._delayed, self.by_uri = plain, delayed, by_uri
         self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
@@ -76,9 +79,12 @@ class Entries:
         given = c.emit("i1", f"icmp ne ptr {m.load(POINTER, Own.LOGGER).text}, null")
         with c.when(given):
             text = c.call(POINTER, "px_fill", m, message)
-            log(c, m, status, constant(c, self.string("logStatusError")), text)
+            kinds = (constant(c, self.string(kind)) for kind in CATEGORIES)
+            log(c, m, status, c.select(status.equals(WARNING), *kinds), text)
         c.give()
         self._texts.append(c.text(SELDOM))
+        if warns:
+            self._texts.append(_warn())
         self._texts.append(_may())
 
     def text(self) -> str:
@@ -457,6 +463,16 @@ def _may() -> str:
         c.give(OK)
     c.run("px_log", m, c.constant(ERROR, FLAG), message)
     c.give(ERROR)
+    return c.text(SELDOM)
+
+
+def _warn() -> str:
+    """What the message of this number tells, as a warning."""
+    c = Code("px_warn", "void", ((POINTER, "m"), (INT, "number")))
+    m, number = c.arguments
+    c.run("px_values", m, number)
+    c.run("px_log", m, c.constant(WARNING, FLAG), c.call(POINTER, "px_message", m, c.flag(number)))
+    c.give()
     return c.text(SELDOM)
 
 

@@ -57,7 +57,7 @@ def functions(
 ) -> Entries:
     """All of them, for models with delays, variables of enumerations and `integers`, which may be
     large, or without; those of model exchange refuse what a `crowded` model has none of."""
-    e = Entries(_log, delayed=delayed, crowded=crowded)
+    e = Entries(_log, delayed=delayed, crowded=crowded, warns=True)
     with e.plain("fmi3GetVersion", "", POINTER) as (c, _):
         c.give(constant(c, e.string("3.0")))
     _life(e)

@@ -50,7 +50,7 @@ def functions(
 ) -> Entries:
     """All of them; those of model exchange refuse what a `crowded` model has none of. Variables of
     enumerations are told as integers are; other `integers` may be large."""
-    e = Entries(_log, _plain, delayed, by_uri=True, crowded=crowded)
+    e = Entries(_log, _plain, delayed, by_uri=True, crowded=crowded, warns=True)
     for name, text in (("fmi2GetVersion", "2.0"), ("fmi2GetTypesPlatform", "default")):
         with e.plain(name, "", POINTER) as (c, _):
             c.give(constant(c, e.string(text)))
