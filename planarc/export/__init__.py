@@ -10,6 +10,9 @@ module      the code as LLVM modules
 shared      of it what many models share
 parted      what of it calls the host, or is called by it, and the rest
 objects     their machine code, for a kind of processor
+emission    of one text, by LLVM, such that it is small
+units       function by function, as it is kept for models of other kinds
+endings     what a run may end with, or warn of, in words
 fmi         the interface: model description and functions of the standard
 page        the model in a page: what the page calls, and how
 c           the model as C99 that people read
