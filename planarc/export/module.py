@@ -51,8 +51,8 @@ from planarc.export.tunable import tunable_parameters
 from planarc.instance.actions import (
     action_functions,
     carry_values,
-    endings,
     errors,
+    first_misfit,
     first_warning,
     reader,
 )
@@ -60,7 +60,6 @@ from planarc.instance.clauses import ordered_discretes
 from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.crowd import layout as crowd
 from planarc.instance.plan import (
-    Jam,
     Lags,
     Own,
     crowd_names,
@@ -279,16 +278,14 @@ def _asserts(program: Program, carrier: Carrier | None, warns: bool) -> str:
             with c.when(~bit(c, formula(c, condition, leaf)), leaves=True):
                 c.give(k)
         mild = (bit(c, formula(c, condition, leaf)) for condition in conditions[count:])
-    jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
-    first = len(endings(program)) + jams + 1
-    for k, slot in enumerate(misfit_slots(program), first):
+    for k, slot in enumerate(misfit_slots(program), first_misfit(program)):
         off = c.absolute(frame.load(POINTER, Frame.W).load(REAL, slot))
         with c.when(~(off <= FITS), leaves=True):
             c.give(k)
     told = frame.load(POINTER, Own.WARNED)
-    for k, holds in enumerate(mild):
+    for k, (number, holds) in enumerate(enumerate(mild, first_warning(program))):
         with c.when(~holds & told.load(INT, k).equals(0)):
             told.store(c.constant(1, INT), k)
-            c.run("px_warn", frame, c.constant(first_warning(program) + k, INT))
+            c.run("px_warn", frame, c.constant(number, INT))
     c.give(0)
     return c.text(SELDOM)

@@ -58,11 +58,16 @@ def endings(program: Program) -> list[Action]:
     return [*errors(program), *(a for a in actions(program) if _ends(a))]
 
 
+def first_misfit(program: Program) -> int:
+    """The number of the first condition that was left out of redundant joints."""
+    jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
+    return len(endings(program)) + jams + 1
+
+
 def first_warning(program: Program) -> int:
     """The number of the first of `warnings`, behind all endings."""
-    jams = len(Jam) * len(Points(program).all) + len(crowd_names(program))
     conditions = program.sharing.conditions if program.sharing is not None else ()
-    return len(endings(program)) + jams + len(conditions) + 1
+    return first_misfit(program) + len(conditions)
 
 
 def _ends(action: Action) -> bool:

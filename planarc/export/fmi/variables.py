@@ -117,7 +117,11 @@ def by_reference(program: Program, shown: Interface, found: Dependencies) -> Dep
     outputs = [v.reference for v in shown.variables if not is_eventful(program)
                and v.causality == "output" and v.kind == NUMBER]  # fmt: skip
     return {
-        r: {names[slot]: kind for slot, kind in found.get(r % OTHER // 8, {}).items()}
+        r: {
+            names[slot]: kind
+            for slot, kind in found.get(r % OTHER // 8, {}).items()
+            if slot in names
+        }
         for r in (*outputs, *shown.rates)
     }
 
