@@ -38,9 +38,9 @@ from planarc.ir.frame import Frame, Number
 #: Categories of messages, by the standard's names: of warnings, of all others.
 CATEGORIES = ("logStatusWarning", "logStatusError")
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
-#: What messages are filled with.
 #: Where ticks cannot be told apart (`DENSE`).
 DENSELY = "a `sample` becomes true at more instants than a run can tell apart"
+#: What messages are filled with.
 _NOW, _SUBJECT = f"at t = {MARK}t6 s", f"{MARK}w0"
 NUMBER, INTEGER, TRUTH = 0, 1, 2  # kinds of references
 #: The largest integer of 32 bits. Of planarc's own the largest one has 53.
@@ -73,6 +73,7 @@ class Entries:
         self.tells = False  # whether `px_notice` of the module is told of events
         self.names: list[str] = []
         self._texts: list[str] = []
+        self._helpers: dict[str, str] = {}
         self._strings: dict[str, str] = {}
         c = Code("px_log", "void", ((POINTER, "m"), (FLAG, "status"), (POINTER, "message")))
         m, status, message = c.arguments
@@ -90,7 +91,7 @@ class Entries:
     def text(self) -> str:
         """The functions and their messages."""
         strings = (text_constant(name, text) for text, name in self._strings.items())
-        return "\n".join((*strings, *self._texts))
+        return "\n".join((*strings, *self._helpers.values(), *self._texts))
 
     def also(self, text: str) -> None:
         """Put something else into the module."""
@@ -98,6 +99,13 @@ class Entries:
 
     def string(self, text: str) -> str:
         return self._strings.setdefault(text, f"px_text_{len(self._strings)}")
+
+    @contextmanager
+    def _helper(self, name: str, arguments: str = "") -> Iterator[tuple[Code, list[Value]]]:
+        """What many functions of the standard call: it gives a status."""
+        c = Code(name, FLAG, _pairs(f"ptr m, {arguments}".rstrip(", ")))
+        yield c, c.arguments
+        self._helpers.setdefault(name, c.text(SELDOM))
 
     @contextmanager
     def entry(
@@ -111,8 +119,7 @@ class Entries:
                 phases,
                 f"{name} cannot be called now: see the standard's state machine",
             )
-            with c.when(~refused.equals(0), leaves=True):
-                c.give(refused)
+            _unless_well(c, refused)
             yield c, given
             c.give(OK)
 
@@ -121,8 +128,7 @@ class Entries:
         self, name: str, arguments: str, result: str = FLAG
     ) -> Iterator[tuple[Code, list[Value]]]:
         """A function without an instance, or one that gives something else."""
-        pairs = [(t, n) for t, n in (a.split() for a in arguments.split(", ") if a)]
-        c = Code(name, result, pairs)
+        c = Code(name, result, _pairs(arguments))
         yield c, c.arguments
         self._texts.append(c.text(SELDOM))
         self.names.append(name)
@@ -154,34 +160,41 @@ class Entries:
 
     def refresh(self, c: Code, m: Value, least: Stale) -> None:
         """Evaluate, or say that there is no value here."""
-        flag = c.call(FLAG, "px_refresh", m, whole(c, least))
-        with c.when(~flag.equals(0), leaves=True):
-            starting = m.load(INT, Own.STALE).equals(Stale.START)
-            with c.when(starting & flag.equals(ACTED), leaves=True):
-                text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
-                c.run("px_log", m, c.constant(ERROR, FLAG), text)
-                c.give(ERROR)
-            with c.when(starting & flag.equals(DENSE), leaves=True):
-                self.fail(c, m, DENSELY)
-            with c.when(starting, leaves=True):
+        with self._helper("px_fresh", "i64 least") as (h, (block, wanted)):
+            flag = h.call(FLAG, "px_refresh", block, wanted)
+            with h.when(flag.equals(0), leaves=True):
+                h.give(OK)
+            starting = block.load(INT, Own.STALE).equals(Stale.START)
+            with h.when(starting & flag.equals(ACTED), leaves=True):
+                text = h.call(POINTER, "px_message", block, h.flag(block.load(INT, Own.ENDED)))
+                h.run("px_log", block, h.constant(ERROR, FLAG), text)
+                h.give(ERROR)
+            with h.when(starting & flag.equals(DENSE), leaves=True):
+                self.fail(h, block, DENSELY)
+            with h.when(starting, leaves=True):
                 self.fail(
-                    c,
-                    m,
+                    h,
+                    block,
                     "with these parameters and start values no start is found from the assembly "
                     "that the model was exported with: a loop does not close, or the way there "
                     f"is too far; {_SUBJECT}",
                 )
-            self.fail(c, m, f"{_NOW} {_SUBJECT}", DISCARD)
+            self.fail(h, block, f"{_NOW} {_SUBJECT}", DISCARD)
+        _unless_well(c, c.call(FLAG, "px_fresh", m, whole(c, least)))
 
     def check(self, c: Code, m: Value) -> None:
         """The assertions of the model, at a point that was evaluated to the end."""
-        w, _, _, _ = open_frame(m)
-        found = c.call(FLAG, "px_asserts", m, w.load(REAL))
-        with c.when(found > 0, leaves=True):
-            self.enter(c, m, Phase.FAILED)
-            c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
-            c.run("px_log", m, c.constant(ERROR, FLAG), c.call(POINTER, "px_message", m, found))
-            c.give(ERROR)
+        with self._helper("px_checked") as (h, (block,)):
+            w, _, _, _ = open_frame(block)
+            found = h.call(FLAG, "px_asserts", block, w.load(REAL))
+            with h.when(found > 0, leaves=True):
+                self.enter(h, block, Phase.FAILED)
+                h.run("px_values", block, h.emit(INT, f"sext i32 {found.text} to i64"))
+                text = h.call(POINTER, "px_message", block, found)
+                h.run("px_log", block, h.constant(ERROR, FLAG), text)
+                h.give(ERROR)
+            h.give(OK)
+        _unless_well(c, c.call(FLAG, "px_checked", m))
 
     def getter(
         self, name: str, kind: int, type: str, counted: bool, large: bool = False
@@ -407,22 +420,25 @@ class Entries:
 
     def judge(self, c: Code, m: Value, flag: Value) -> None:
         """What an event came to, told to the host where it ends the run."""
-        with c.when(flag.equals(ACTED)):
-            text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
-            over = m.load(INT, Own.OVER).equals(1)
-            with c.when(over):
-                c.run("px_log", m, c.constant(OK, FLAG), text)
-            with c.when(~over, leaves=True):
-                self.enter(c, m, Phase.FAILED)
-                c.run("px_log", m, c.constant(ERROR, FLAG), text)
-                c.give(ERROR)
-        for wrong, reason in (
-            (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
-            (ENDLESS, f"the events {_NOW} do not come to rest"),
-        ):
-            with c.when(flag.equals(wrong), leaves=True):
-                self.enter(c, m, Phase.FAILED)
-                self.fail(c, m, reason)
+        with self._helper("px_judged", "i32 flag") as (h, (block, came)):
+            with h.when(came.equals(ACTED)):
+                text = h.call(POINTER, "px_message", block, h.flag(block.load(INT, Own.ENDED)))
+                over = block.load(INT, Own.OVER).equals(1)
+                with h.when(over):
+                    h.run("px_log", block, h.constant(OK, FLAG), text)
+                with h.when(~over, leaves=True):
+                    self.enter(h, block, Phase.FAILED)
+                    h.run("px_log", block, h.constant(ERROR, FLAG), text)
+                    h.give(ERROR)
+            for wrong, reason in (
+                (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
+                (ENDLESS, f"the events {_NOW} do not come to rest"),
+            ):
+                with h.when(came.equals(wrong), leaves=True):
+                    self.enter(h, block, Phase.FAILED)
+                    self.fail(h, block, reason)
+            h.give(OK)
+        _unless_well(c, c.call(FLAG, "px_judged", m, flag))
 
     def step(self, c: Code, m: Value, t: Value, h: Value) -> None:
         """A step of co-simulation."""
@@ -450,6 +466,17 @@ class Entries:
                       "an explicit method", DISCARD)  # fmt: skip
         self.refresh(c, m, Stale.NOTHING)
         self.check(c, m)
+
+
+def _pairs(arguments: str) -> list[tuple[str, str]]:
+    """Types and names: "ptr m, i64 count"."""
+    return [(t, n) for t, n in (a.split() for a in arguments.split(", ") if a)]
+
+
+def _unless_well(c: Code, status: Value) -> None:
+    """Give this status, unless all is well."""
+    with c.when(~status.equals(OK), leaves=True):
+        c.give(status)
 
 
 def _may() -> str:
