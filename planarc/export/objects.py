@@ -12,7 +12,9 @@ Promises:  the same texts give the same objects.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Set
+from collections import ChainMap
+from collections.abc import Collection, Iterable, Mapping, Set
+from contextlib import nullcontext
 from enum import Enum
 from functools import cache, cached_property
 from importlib.metadata import version
@@ -28,6 +30,7 @@ from planarc.export.emission import (
     WASM,
     emitted,
     finished,
+    on_system,
     shared_object,
     shared_text,
 )  # fmt: skip
@@ -64,47 +67,42 @@ def compile_for(written: Written, triple: str) -> tuple[Object, ...]:
 
 
 def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[Object, ...]]:
-    """Its objects for several systems; those of shared texts are kept. The model's own are made
-    once for those that call alike inside; systems that share nothing are made beside the others."""
-    others = (written.own, written.derivatives)
+    """Its objects for several systems; those of shared texts are kept. Those of systems that have
+    nothing in common are made side by side, and the model's own beside new shared ones."""
     shared = _Shared(written)
-    shared_by = {system.inside for system in SYSTEMS.values()}
+    others = (written.own, written.derivatives)
+    families: dict[str, list[str]] = {}
+    for triple in triples:
+        families.setdefault(SYSTEMS[triple].inside or triple, []).append(triple)
 
     @cache
-    def own(triple: str) -> tuple[Object, ...]:
-        return tuple(read_object(emitted(text, triple, OWN_PASSES)) for text in others)
+    def own(inner: str) -> tuple[Object, ...]:
+        return tuple(read_object(emitted(text, inner, OWN_PASSES)) for text in others)
 
-    @cache
-    def inner(triple: str) -> tuple[Object, ...]:
-        return (
-            *shared.compiled(Part.INNER, triple),
-            *shared.compiled(Part.SOLVER, triple),
-            *own(triple),
+    def family(inner: str) -> dict[str, tuple[Object, ...]]:
+        inside = (
+            *shared.compiled(Part.INNER, inner),
+            *shared.compiled(Part.SOLVER, inner),
+            *own(inner),
         )
+        return {triple: with_outside(triple, inside) for triple in families[inner]}
 
-    def all_of(triple: str) -> Iterator[Object]:
-        inside = SYSTEMS[triple].inside
-        if not inside and triple not in shared_by:
-            yield from shared.compiled(Part.WHOLE, triple)
-            yield from shared.compiled(Part.SOLVER, triple)
-            yield from own(triple)
-            return
-        outer = Part.OUTER_CALLED if inside else Part.OUTER
-        made = [*shared.compiled(outer, triple), *inner(inside or triple)]
-        yield from made
-        if inside:
-            yield read_object(emitted(ways(made), triple))
+    def with_outside(triple: str, inside: Iterable[Object]) -> tuple[Object, ...]:
+        if not SYSTEMS[triple].inside:
+            return (*shared.compiled(Part.OUTER, triple), *inside)
+        made = (*shared.compiled(Part.OUTER_CALLED, triple), *inside)
+        return (*made, read_object(emitted(ways(made), triple)))
 
-    def made(some: Iterable[str]) -> dict[str, tuple[Object, ...]]:
-        return {triple: tuple(all_of(triple)) for triple in some}
-
-    together = [t for t in triples if SYSTEMS[t].inside or t in shared_by]
-    alone = [t for t in triples if t not in together]
-    if not together or not alone:
-        return made(triples)
-    with Aside(lambda: iter((made(alone),))) as aside:
-        found = made(together)
-        return found | next(aside)
+    wanted = {(part, SYSTEMS[t].inside or t) for t in triples for part in (Part.INNER, Part.SOLVER)}
+    wanted |= {(Part.OUTER_CALLED if SYSTEMS[t].inside else Part.OUTER, t) for t in triples}
+    if new := shared.new(wanted):
+        with Aside(lambda: iter((shared.texts(new),))) as aside:
+            for inner in families:
+                own(inner)
+            shared.know(next(aside))
+    first, *rest = families
+    with Aside(lambda: map(family, rest)) if rest else nullcontext(iter(())) as others_made:
+        return dict(ChainMap(family(first), *(next(others_made) for _ in rest)))
 
 
 def compile_wasm(written: Written) -> tuple[bytes, ...]:
@@ -138,16 +136,30 @@ class _Shared:
         self._numbers = numbers_of(written.own, "px_plan")[: Table.POINTERS]
         others = (written.solver, written.own, written.derivatives)
         self._asked = {name for text in others for name in asked_in(text)}
+        self._texts: dict[Part, str] = {}
+
+    def new(self, wanted: Iterable[tuple[Part, str]]) -> set[Part]:
+        """Which of these are not kept for one of these systems."""
+        return {p for p, t in wanted if store.load("native", self._name(p, t)) is None}
+
+    def texts(self, parts: Iterable[Part]) -> dict[Part, str]:
+        """Their texts as LLVM leaves them."""
+        return {part: shared_text(self._text(part), self._called(part)) for part in parts}
+
+    def know(self, texts: Mapping[Part, str]) -> None:
+        self._texts.update(texts)
 
     def compiled(self, part: Part, triple: str) -> tuple[Object, ...]:
         name = self._name(part, triple)
         kept = store.load("native", name)
         if kept is not None:
             return tuple(code for _, code in _UNITS.decode(kept))
+        if part not in self._texts:
+            self.know(self.texts((part,)))
         kinds = _Kinds(triple)
-        text = Text(shared_text(self._text(part), triple, self._called(part)))
+        text = Text(on_system(self._texts[part], triple))
         known = kinds.known(set(text.keys.values()))
-        units = tuple(text.units(known, lambda made: finished(made, triple)))
+        units = tuple(text.units(known, lambda made, small: finished(made, triple, small)))
         store.store("native", name, msgpack.encode([(u.key, u.code) for u in units]))
         kinds.add(name)
         return tuple(unit.code for unit in units)

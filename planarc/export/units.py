@@ -52,17 +52,26 @@ class Text:
         self._rest = "".join((_CONSTANT.sub("", _FUNCTION.sub("", text)), *declared))
         heads = {name: _NUMBER.sub("", f[1]) for name, f in self._functions.items()}
         self.keys = {"": _digest((self._constants,))} if constants else {}
+        self._small: set[str] = set()
         for name, f in self._functions.items():
             called = sorted({*_MENTIONED.findall(f[0])} & heads.keys())
             whole = _NUMBER.sub(lambda n: groups.get(n[0], n[0]), f[0])
             self.keys[name] = _digest((whole, *(heads[n] for n in called)))
+            if " minsize " in whole:
+                self._small.add(name)
 
-    def units(self, known: Mapping[str, Object], emit: Callable[[str], bytes]) -> Iterator[Unit]:
-        """All of them, as they stand in the text."""
+    def units(
+        self, known: Mapping[str, Object], emit: Callable[[str, bool], bytes]
+    ) -> Iterator[Unit]:
+        """All of them, as they stand in the text. `emit` is told whether what it makes is small
+        rather than quick."""
         new = {name for name, key in self.keys.items() if key not in known}
-        made = dict(_cut(read_object(emit(self._with(new - {""}))))) if new - {""} else {}
+        made: dict[str, Object] = {}
+        for small, some in ((True, new & self._small), (False, new - self._small - {""})):
+            if some:
+                made |= _cut(read_object(emit(self._with(some), small)))
         if "" in new:
-            made[""] = read_object(emit(self._constants))
+            made[""] = read_object(emit(self._constants, True))
         for name, key in self.keys.items():
             yield Unit(key, made[name] if name in new else known[key])
 

@@ -11,6 +11,7 @@ from types import ModuleType
 import llvmlite.binding as llvm
 import pytest
 
+from planarc.codegen.native import machine, options
 from planarc.codegen.native.machine import emit_object
 from planarc.codegen.native.runtime import runtime_text
 from planarc.compiled import Compiled
@@ -80,9 +81,9 @@ def emitted(thrifty: bool) -> Object:
     triple = "aarch64-unknown-linux-gnu"
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    machine = llvm.Target.from_triple(triple).create_target_machine(opt=1, reloc="pic")
-    with emission._thrifty(thrifty):
-        return read_object(emit_object(runtime_text(), machine, ()))
+    arm = llvm.Target.from_triple(triple).create_target_machine(opt=1, reloc="pic")
+    with options.options(*(emission._OPTIONS if thrifty else ())):
+        return read_object(emit_object(runtime_text(), arm, ()))
 
 
 def test_options_are_set_only_where_llvm_is_known_to_have_them(
@@ -91,14 +92,17 @@ def test_options_are_set_only_where_llvm_is_known_to_have_them(
     """An LLVM without one of them would end the process."""
     told: list[str] = []
     monkeypatch.setattr(llvm, "set_option", lambda name, option: told.append(option))
-    for major in (*emission._TRIED, emission._TRIED.stop):
+    for major in (*options._TRIED, options._TRIED.stop):
         told.clear()
         monkeypatch.setattr(llvm, "llvm_version_info", (major, 0, 0))
-        with emission._thrifty(True):
+        with options.options(*emission._OPTIONS):
             pass
-        assert bool(told) is (major in emission._TRIED)
+        assert bool(told) is (major in options._TRIED)
 
 
 def test_other_code_of_the_process_is_made_as_before() -> None:
-    before = emitted(False)
+    before, quick = emitted(False), machine._compiled(runtime_text(), 0)
     assert emitted(True) != before == emitted(False)
+    small = emission.finished(runtime_text(), "x86_64-unknown-linux-gnu", small=True)
+    assert emitted(False) == before
+    assert machine._compiled(runtime_text(), 0) == quick != small

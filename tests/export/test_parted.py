@@ -11,8 +11,9 @@ import pytest
 
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
+from planarc.core import processes
 from planarc.export import objects
-from planarc.export.emission import shared_text
+from planarc.export.emission import finished, shared_text
 from planarc.export.fmu import make_fmu
 from planarc.export.parted import divide
 from planarc.export.wishes import Wishes
@@ -68,17 +69,37 @@ def test_windows_and_linux_share_what_is_inside(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # nothing is known
-    made: list[tuple[str, bool]] = []
+    monkeypatch.setattr(processes, "cores", lambda: 1)  # another one notes for itself
+    made: list[tuple[str, str]] = []
 
-    def noted(text: str, triple: str, called: set[str]) -> str:
-        made.append((triple.split("-")[2], "define i32 @px_step(" in text))
-        return shared_text(text, triple, called)
+    def noted(text: str, triple: str, small: bool) -> bytes:
+        system = triple.split("-")[2]
+        made.extend((system, name) for name in re.findall(r"^define [^@]*@(\w+)\(", text, re.M))
+        return finished(text, triple, small)
 
-    monkeypatch.setattr(objects, "shared_text", noted)
+    monkeypatch.setattr(objects, "finished", noted)
     platforms = ("x86_64-linux", "x86_64-windows", "x86_64-darwin")
     make_fmu(compiled("pendulum"), Wishes(platforms=platforms))
-    assert sorted(system for system, inner in made if inner) == ["linux"]
-    assert sorted(made) == [("linux", False), ("linux", False), ("linux", True), ("windows", False)]
+    assert [system for system, name in made if name == "px_step"] == ["linux"]
+    assert sorted(system for system, name in made if name == "fmi3DoStep") == ["linux", "windows"]
+    assert len(made) == len(set(made))
+
+
+def test_shared_texts_pass_through_the_optimiser_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(processes, "cores", lambda: 1)
+    texts: list[set[str]] = []
+
+    def noted(text: str, called: set[str]) -> str:
+        texts.append(defined(text))
+        return shared_text(text, called)
+
+    monkeypatch.setattr(objects, "shared_text", noted)
+    make_fmu(compiled("pendulum"), Wishes())
+    assert sum("px_step" in names for names in texts) == 1
+    assert sum("fmi3DoStep" in names for names in texts) == 2  # as called on Windows, and elsewhere
 
 
 def test_what_calls_the_host_calls_it_as_the_system_does() -> None:

@@ -13,7 +13,7 @@ from planarc.codegen.native.runtime import runtime_text
 from planarc.compiler import compile_model
 from planarc.core import processes
 from planarc.export import objects
-from planarc.export.emission import SYSTEMS, WASM, finished, shared_object, shared_text
+from planarc.export.emission import SYSTEMS, WASM, finished, on_system, shared_object, shared_text
 from planarc.export.fmu import make_fmu
 from planarc.export.pruned import calls_in
 from planarc.export.units import Text, Unit, constants_once
@@ -45,8 +45,8 @@ define double @px_b(double %x) nounwind {{
 @cache
 def runtime(triple: str) -> tuple[Text, tuple[Unit, ...]]:
     text = runtime_text()
-    found = Text(shared_text(text, triple, calls_in(text)))
-    return found, tuple(found.units({}, lambda made: finished(made, triple)))
+    found = Text(on_system(shared_text(text, calls_in(text)), triple))
+    return found, tuple(found.units({}, lambda made, small: finished(made, triple, small)))
 
 
 def test_no_function_and_no_constant_is_left_out() -> None:
@@ -57,7 +57,8 @@ def test_no_function_and_no_constant_is_left_out() -> None:
             _, units = runtime(triple)
             together = constants_once(put_together([u.code for u in units]))
             assert defined(together) == defined(whole)
-            assert size(together, ".text") == pytest.approx(size(whole, ".text"), rel=0.02)
+            ours, usual = size(together, ".text"), size(whole, ".text")
+            assert usual <= ours < 1.5 * usual, "the quickest way is larger, until it is packed"
             assert size(together, ".rodata") <= size(whole, ".rodata")
 
 
@@ -75,16 +76,16 @@ def size(found: Object, kind: str) -> int:
 def test_code_is_the_same_whatever_was_known(triple: str, data: st.DataObject) -> None:
     text, units = runtime(triple)
     known = {u.key: u.code for u in units if data.draw(st.booleans())}
-    assert tuple(text.units(known, lambda made: finished(made, triple))) == units
+    assert tuple(text.units(known, lambda made, small: finished(made, triple, small))) == units
 
 
 def test_what_is_known_is_not_made() -> None:
     text, units = runtime(LINUX)
     made: list[str] = []
 
-    def counted(part: str) -> bytes:
+    def counted(part: str, small: bool) -> bytes:
         made.append(part)
-        return finished(part, LINUX)
+        return finished(part, LINUX, small)
 
     *known, last = units
     assert tuple(text.units({u.key: u.code for u in known}, counted)) == units
@@ -95,7 +96,7 @@ def test_what_is_known_is_not_made() -> None:
 
 
 def keys(text: str) -> dict[str, str]:
-    return Text(shared_text(text, LINUX, {"px_a", "px_b"})).keys
+    return Text(shared_text(text, {"px_a", "px_b"})).keys
 
 
 def test_a_function_is_known_whatever_number_its_texts_have() -> None:
@@ -113,7 +114,8 @@ def test_another_text_or_head_is_another_function() -> None:
 
 def test_equal_constants_stand_once() -> None:
     text = BOTH.format(0, 1)
-    units = Text(shared_text(text, LINUX, calls_in(text))).units({}, lambda t: finished(t, LINUX))
+    found = Text(shared_text(text, calls_in(text)))
+    units = found.units({}, lambda made, small: finished(made, LINUX, small))
     apart = put_together([u.code for u in units])
     together = constants_once(apart)
     assert [size(found, ".rodata.cst8") for found in (apart, together)] == [16, 8]
@@ -125,9 +127,9 @@ def test_a_model_of_another_kind_is_the_same_where_functions_are_known(
 ) -> None:
     made: list[int] = []
 
-    def counted(text: str, triple: str) -> bytes:
+    def counted(text: str, triple: str, small: bool) -> bytes:
         made.append(text.count("\ndefine "))
-        return finished(text, triple)
+        return finished(text, triple, small)
 
     monkeypatch.setattr(objects, "finished", counted)
     monkeypatch.setattr(processes, "cores", lambda: 1)  # another one counts for itself

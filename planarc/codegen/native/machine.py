@@ -19,6 +19,7 @@ from collections.abc import Callable, Container, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from planarc.codegen.native.options import IN_MEMORY, options
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import key, target_machine
 from planarc.core import cache as store
@@ -110,7 +111,8 @@ def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
 
 def _compiled(text: str, level: int, passes: Sequence[str] = ()) -> bytes:
     machine = target_machine(level)
-    return emit_object(text, machine, ("pc_", "px_") if PLACES else (), passes)
+    with options(*(() if level else (IN_MEMORY,))):
+        return emit_object(text, machine, ("pc_", "px_") if PLACES else (), passes)
 
 
 def emit_object(

@@ -1,0 +1,42 @@
+"""Options of LLVM, which a whole process has.
+
+    with options(("disable-lsr", 1, 0)): ...     here 1; before and behind it 0
+
+Where this process has an LLVM that was not tried with them, they stay as they are: one that does
+not know an option ends the process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock
+
+#: A name, the value here, and the one behind it.
+Option = tuple[str, int | str, int | str]
+#: Whether LLVM's quickest way keeps values in registers, as all others do. By itself LLVM goes by
+#: the way; once it is told, it has to be told each time.
+_REGISTERS = "optimize-regalloc"
+IN_REGISTERS: Option = (_REGISTERS, 1, 1)
+IN_MEMORY: Option = (_REGISTERS, 0, 1)
+#: Versions of LLVM that are known to have the options that planarc sets.
+_TRIED = range(20, 23)
+_LOCK = Lock()
+
+
+@contextmanager
+def options(*wanted: Option) -> Iterator[None]:
+    """Code is made with these meanwhile."""
+    import llvmlite.binding as llvm
+
+    if llvm.llvm_version_info[0] not in _TRIED:
+        yield
+        return
+    with _LOCK:
+        for name, here, _ in wanted:
+            llvm.set_option("", f"-{name}={here}")
+        try:
+            yield
+        finally:
+            for name, _, behind in wanted:
+                llvm.set_option("", f"-{name}={behind}")
