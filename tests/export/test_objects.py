@@ -86,20 +86,6 @@ def emitted(thrifty: bool) -> Object:
         return read_object(emit_object(runtime_text(), arm, ()))
 
 
-def test_options_are_set_only_where_llvm_is_known_to_have_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """An LLVM without one of them would end the process."""
-    told: list[str] = []
-    monkeypatch.setattr(llvm, "set_option", lambda name, option: told.append(option))
-    for major in (*options._TRIED, options._TRIED.stop):
-        told.clear()
-        monkeypatch.setattr(llvm, "llvm_version_info", (major, 0, 0))
-        with options.options(*emission._OPTIONS):
-            pass
-        assert bool(told) is (major in options._TRIED)
-
-
 def test_other_code_of_the_process_is_made_as_before() -> None:
     before, quick = emitted(False), machine._compiled(runtime_text(), 0)
     assert emitted(True) != before == emitted(False)
