@@ -1,7 +1,8 @@
-"""FMUs for Linux on ARM64, run by an emulator: the same motion as on this machine."""
+"""FMUs for Windows and for Linux on ARM64, run by emulators: the same motion as on this machine."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import zipfile
@@ -14,10 +15,21 @@ import pytest
 import planarc
 from tests.export.fmus import EXAMPLES, runs_here
 
-COMPILER, EMULATOR = shutil.which("aarch64-linux-gnu-gcc"), shutil.which("qemu-aarch64")
+#: Platforms: a compiler of C, and what runs its programs.
+SYSTEMS = {
+    "aarch64-linux": (["aarch64-linux-gnu-gcc"], ["qemu-aarch64", "-L", "/usr/aarch64-linux-gnu"]),
+    "x86_64-windows": (["x86_64-w64-mingw32-gcc"], ["wine"]),
+}
 #: A host: it takes equal steps and prints these variables at the end of each.
 HOST = r"""
+#ifdef _WIN32
+#include <windows.h>
+#define dlopen(name, how) LoadLibraryA(name)
+#define dlsym(of, name) (void *)GetProcAddress(of, name)
+#define dlerror() "it cannot be loaded"
+#else
 #include <dlfcn.h>
+#endif
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -59,29 +71,35 @@ STEPS = 20
 
 
 @runs_here
-@pytest.mark.skipif(not (COMPILER and EMULATOR), reason="there is no emulator of ARM64 here")
+@pytest.mark.parametrize("platform", SYSTEMS)
 @pytest.mark.parametrize(
     ("example", "stop", "near"),
     [("four_bar", 2.0, 1e-9), ("gripper", 1.0, 1e-6), ("cam_lift_off", 1.0, 1e-6)],
 )
-def test_arm_runs_it(tmp_path: Path, example: str, stop: float, near: float) -> None:
+def test_it_runs_elsewhere(
+    tmp_path: Path, platform: str, example: str, stop: float, near: float
+) -> None:
     """Elementary functions are the system's, and differ in their last digit."""
+    compiler, emulator = SYSTEMS[platform]
+    if not all(shutil.which(program) for program, *_ in (compiler, emulator)):
+        pytest.skip(f"nothing here runs programs of {platform}")
     path = tmp_path / "a.fmu"
-    platforms = ("x86_64-linux", "aarch64-linux")
-    planarc.load(EXAMPLES / f"{example}.pmo").export_fmu(path, platforms=platforms)
+    planarc.load(EXAMPLES / f"{example}.pmo").export_fmu(path, platforms=("x86_64-linux", platform))
     told = fmpy.read_model_description(str(path))
     shown = [v for v in told.modelVariables if v.causality == "output" and v.type == "Float64"]
     assert shown
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)
     (tmp_path / "host.c").write_text(HOST)
-    subprocess.run([str(COMPILER), "-o", "host", "host.c", "-ldl"], cwd=tmp_path, check=True)
-    library = next(tmp_path.glob("binaries/aarch64-linux/*.so"))
+    subprocess.run([*compiler, "-o", "host", "host.c"], cwd=tmp_path, check=True)
+    program = next(str(p) for p in (tmp_path / "host", tmp_path / "host.exe") if p.exists())
+    (library,) = tmp_path.glob(f"binaries/{platform}/*")
     ran = subprocess.run(
-        [str(EMULATOR), "-L", "/usr/aarch64-linux-gnu", "./host", str(library),
-         told.guid, f"{tmp_path / 'resources'}/", str(stop), str(STEPS),
-         *(str(v.valueReference) for v in shown)],
+        [*emulator, program, str(library.relative_to(tmp_path)), told.guid, "resources/",
+         str(stop), str(STEPS), *(str(v.valueReference) for v in shown)],
         cwd=tmp_path, capture_output=True, text=True, timeout=300,
+        env={**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all",
+             "WINEDLLOVERRIDES": "mscoree,mshtml="},
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
     there = np.array([[float(n) for n in line.split()] for line in ran.stdout.splitlines()])
