@@ -100,12 +100,16 @@ class Entries:
     def string(self, text: str) -> str:
         return self._strings.setdefault(text, f"px_text_{len(self._strings)}")
 
-    @contextmanager
-    def _helper(self, name: str, arguments: str = "") -> Iterator[tuple[Code, list[Value]]]:
-        """What many functions of the standard call: it gives a status."""
-        c = Code(name, FLAG, _pairs(f"ptr m, {arguments}".rstrip(", ")))
-        yield c, c.arguments
-        self._helpers.setdefault(name, c.text(SELDOM))
+    def _ask(
+        self, c: Code, name: str, arguments: str, write: Callable[..., None], *given: Value
+    ) -> None:
+        """Call what many functions of the standard call; where it gives another status than that
+        all is well, it is what the function gives."""
+        if name not in self._helpers:
+            helper = Code(name, FLAG, _pairs(arguments))
+            write(helper, *helper.arguments)
+            self._helpers[name] = helper.text(SELDOM)
+        _unless_well(c, c.call(FLAG, name, *given))
 
     @contextmanager
     def entry(
@@ -160,41 +164,43 @@ class Entries:
 
     def refresh(self, c: Code, m: Value, least: Stale) -> None:
         """Evaluate, or say that there is no value here."""
-        with self._helper("px_fresh", "i64 least") as (h, (block, wanted)):
-            flag = h.call(FLAG, "px_refresh", block, wanted)
-            with h.when(flag.equals(0), leaves=True):
-                h.give(OK)
-            starting = block.load(INT, Own.STALE).equals(Stale.START)
-            with h.when(starting & flag.equals(ACTED), leaves=True):
-                text = h.call(POINTER, "px_message", block, h.flag(block.load(INT, Own.ENDED)))
-                h.run("px_log", block, h.constant(ERROR, FLAG), text)
-                h.give(ERROR)
-            with h.when(starting & flag.equals(DENSE), leaves=True):
-                self.fail(h, block, DENSELY)
-            with h.when(starting, leaves=True):
-                self.fail(
-                    h,
-                    block,
-                    "with these parameters and start values no start is found from the assembly "
-                    "that the model was exported with: a loop does not close, or the way there "
-                    f"is too far; {_SUBJECT}",
-                )
-            self.fail(h, block, f"{_NOW} {_SUBJECT}", DISCARD)
-        _unless_well(c, c.call(FLAG, "px_fresh", m, whole(c, least)))
+        self._ask(c, "px_fresh", "ptr m, i64 least", self._fresh, m, whole(c, least))
+
+    def _fresh(self, c: Code, m: Value, wanted: Value) -> None:
+        flag = c.call(FLAG, "px_refresh", m, wanted)
+        with c.when(flag.equals(0), leaves=True):
+            c.give(OK)
+        starting = m.load(INT, Own.STALE).equals(Stale.START)
+        with c.when(starting & flag.equals(ACTED), leaves=True):
+            text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
+            c.run("px_log", m, c.constant(ERROR, FLAG), text)
+            c.give(ERROR)
+        with c.when(starting & flag.equals(DENSE), leaves=True):
+            self.fail(c, m, DENSELY)
+        with c.when(starting, leaves=True):
+            self.fail(
+                c,
+                m,
+                "with these parameters and start values no start is found from the assembly "
+                "that the model was exported with: a loop does not close, or the way there "
+                f"is too far; {_SUBJECT}",
+            )
+        self.fail(c, m, f"{_NOW} {_SUBJECT}", DISCARD)
 
     def check(self, c: Code, m: Value) -> None:
         """The assertions of the model, at a point that was evaluated to the end."""
-        with self._helper("px_checked") as (h, (block,)):
-            w, _, _, _ = open_frame(block)
-            found = h.call(FLAG, "px_asserts", block, w.load(REAL))
-            with h.when(found > 0, leaves=True):
-                self.enter(h, block, Phase.FAILED)
-                h.run("px_values", block, h.emit(INT, f"sext i32 {found.text} to i64"))
-                text = h.call(POINTER, "px_message", block, found)
-                h.run("px_log", block, h.constant(ERROR, FLAG), text)
-                h.give(ERROR)
-            h.give(OK)
-        _unless_well(c, c.call(FLAG, "px_checked", m))
+        self._ask(c, "px_checked", "ptr m", self._checked, m)
+
+    def _checked(self, c: Code, m: Value) -> None:
+        w, _, _, _ = open_frame(m)
+        found = c.call(FLAG, "px_asserts", m, w.load(REAL))
+        with c.when(found > 0, leaves=True):
+            self.enter(c, m, Phase.FAILED)
+            c.run("px_values", m, c.emit(INT, f"sext i32 {found.text} to i64"))
+            text = c.call(POINTER, "px_message", m, found)
+            c.run("px_log", m, c.constant(ERROR, FLAG), text)
+            c.give(ERROR)
+        c.give(OK)
 
     def getter(
         self, name: str, kind: int, type: str, counted: bool, large: bool = False
@@ -420,25 +426,26 @@ class Entries:
 
     def judge(self, c: Code, m: Value, flag: Value) -> None:
         """What an event came to, told to the host where it ends the run."""
-        with self._helper("px_judged", "i32 flag") as (h, (block, came)):
-            with h.when(came.equals(ACTED)):
-                text = h.call(POINTER, "px_message", block, h.flag(block.load(INT, Own.ENDED)))
-                over = block.load(INT, Own.OVER).equals(1)
-                with h.when(over):
-                    h.run("px_log", block, h.constant(OK, FLAG), text)
-                with h.when(~over, leaves=True):
-                    self.enter(h, block, Phase.FAILED)
-                    h.run("px_log", block, h.constant(ERROR, FLAG), text)
-                    h.give(ERROR)
-            for wrong, reason in (
-                (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
-                (ENDLESS, f"the events {_NOW} do not come to rest"),
-            ):
-                with h.when(came.equals(wrong), leaves=True):
-                    self.enter(h, block, Phase.FAILED)
-                    self.fail(h, block, reason)
-            h.give(OK)
-        _unless_well(c, c.call(FLAG, "px_judged", m, flag))
+        self._ask(c, "px_judged", "ptr m, i32 flag", self._judged, m, flag)
+
+    def _judged(self, c: Code, m: Value, came: Value) -> None:
+        with c.when(came.equals(ACTED)):
+            text = c.call(POINTER, "px_message", m, c.flag(m.load(INT, Own.ENDED)))
+            over = m.load(INT, Own.OVER).equals(1)
+            with c.when(over):
+                c.run("px_log", m, c.constant(OK, FLAG), text)
+            with c.when(~over, leaves=True):
+                self.enter(c, m, Phase.FAILED)
+                c.run("px_log", m, c.constant(ERROR, FLAG), text)
+                c.give(ERROR)
+        for wrong, reason in (
+            (UNSOLVED, f"{_NOW}, behind an event, {_SUBJECT}"),
+            (ENDLESS, f"the events {_NOW} do not come to rest"),
+        ):
+            with c.when(came.equals(wrong), leaves=True):
+                self.enter(c, m, Phase.FAILED)
+                self.fail(c, m, reason)
+        c.give(OK)
 
     def step(self, c: Code, m: Value, t: Value, h: Value) -> None:
         """A step of co-simulation."""
