@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -93,6 +94,21 @@ def test_what_is_known_is_not_made() -> None:
     assert tuple(text.units({u.key: u.code for u in units}, counted)) == units
     assert len(made) == 1
     assert last.key in text.keys.values()
+
+
+def test_what_runs_often_is_made_apart_from_what_shall_be_small() -> None:
+    text, _ = runtime(LINUX)
+    made: dict[bool, set[str]] = {True: set(), False: set()}
+
+    def noted(part: str, small: bool) -> bytes:
+        made[small] |= set(re.findall(r"^define [^@]*@(\w+)\(", part, re.MULTILINE))
+        return finished(part, LINUX, small)
+
+    units = tuple(text.units({}, noted))
+    assert "pc_linear" in made[False] and "pc_open" in made[True]
+    assert not made[False] & made[True] and made[False] | made[True] == text.keys.keys() - {""}
+    quick = tuple(text.units({}, lambda part, _: finished(part, LINUX, small=True)))
+    assert len(quick) == len(units) and quick != units
 
 
 def keys(text: str) -> dict[str, str]:
