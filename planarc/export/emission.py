@@ -81,9 +81,10 @@ _OPTIONS = (
     ("disable-block-placement", 1, 0),
     ("grow-region-complexity-budget", 0, 10000),
 )
-#: The same of the quickest way: it chooses instructions on ARM as elsewhere, and keeps values in
-#: registers, which it gives out in the order of the text.
+#: The same of the quickest way: it chooses instructions on ARM as elsewhere, schedules nothing, and
+#: keeps values in registers, which it gives out in the order of the text.
 _QUICK = (
+    ("enable-misched", 0, 1),
     ("aarch64-enable-global-isel-at-O", -1, 0),
     ("grow-region-complexity-budget", 0, 10000),
     IN_REGISTERS,
