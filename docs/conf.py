@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import sys
-import tomllib
 from pathlib import Path
+
+from planarc.core.version import __version__
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 
 project = "planarc"
 author = "the authors of planarc"
-release = tomllib.loads((HERE.parent / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+release = __version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "planarc_docs"]
 exclude_patterns = ["_build", "_ext", "made"]
 

@@ -53,6 +53,7 @@ _HOMES = {
     for module, names in {
         "core.diagnostic": "Diagnostic PlanarcError RunError UsageError",
         "core.unknown": "UnknownName",
+        "core.version": "__version__",
         "api.load": "load",
         "api.model": "Model",
         "api.read": "read",
@@ -66,10 +67,6 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        from importlib.metadata import version
-
-        return version("planarc")
     from importlib import import_module
 
     if name not in _HOMES:

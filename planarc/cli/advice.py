@@ -16,6 +16,7 @@ from planarc.cli import console, line
 from planarc.cli.commands import COMMANDS, function_of
 from planarc.cli.exits import Exit
 from planarc.core.diagnostic import Diagnostic, UsageError
+from planarc.core.version import __version__
 
 _EVERYWHERE = (
     "With every command: --quiet (-q) leaves out summaries and warnings, --verbose (-v) tells more."
@@ -124,9 +125,7 @@ _CommandLineError: type[Exception] = typer.BadParameter.__mro__[1]
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
-
-        console.say(f"planarc {version('planarc')}")
+        console.say(f"planarc {__version__}")
         raise typer.Exit
 
 

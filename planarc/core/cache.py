@@ -25,6 +25,7 @@ from typing import NamedTuple
 from zlib import crc32
 
 from planarc.core.digest import blake2b
+from planarc.core.version import __version__
 
 #: Bytes that all entries may take; the entries unused for longest go first.
 MAX_BYTES = 256 * 1024 * 1024
@@ -310,9 +311,7 @@ def _versions() -> tuple[str, ...]:
     try:
         planarc = _state_of(Path(__file__).resolve().parent.parent)
     except OSError:  # not installed as files
-        from importlib.metadata import version
-
-        planarc = version("planarc")
+        planarc = __version__
     return (planarc, sys.version, sys.platform)
 
 

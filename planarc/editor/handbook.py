@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from functools import cache
 from html import escape
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from planarc.core import cache as disk
 from planarc.core.diagnostic import PlanarcError
+from planarc.core.version import __version__
 from planarc.editor.meaning import meaning_at
 from planarc.editor.view import View
 from planarc.flatten.tree import sight
@@ -41,7 +41,7 @@ def _page() -> str | None:
     folder = disk.folder()
     if folder is None:
         return None
-    file = folder / f"messages-{version('planarc')}.html"
+    file = folder / f"messages-{__version__}.html"
     text = _HEAD + "".join(_section(code) for code in Code)
     try:
         if not file.is_file() or file.read_text("utf-8") != text:

@@ -11,7 +11,6 @@ import asyncio
 import json
 import logging
 from collections.abc import Callable, Generator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from pygls.protocol.json_rpc import JsonRPCNotification, JsonRPCRequestMessage
 from pygls.protocol.language_server import lsp_method
 
 from planarc.core.diagnostic import Diagnostic
+from planarc.core.version import __version__
 from planarc.editor import convert
 from planarc.editor.check import Wanted
 from planarc.editor.convert import Units, path_of
@@ -84,7 +84,7 @@ class Peer(LanguageServer):
     def __init__(self, pause: float = 0.01) -> None:
         super().__init__(
             "planarc",
-            version("planarc"),
+            __version__,
             text_document_sync_kind=lsp.TextDocumentSyncKind.Incremental,
             protocol_cls=_Protocol,
             converter_factory=_converter,

@@ -6,6 +6,7 @@ import json
 import shlex
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -51,12 +52,8 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
 
 
 def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
-    import tomllib
-
-    project = Path(__file__).parents[2] / "pyproject.toml"
-    version = tomllib.loads(project.read_text("utf-8"))["project"]["version"]
     assert run(["--version"]) == 0
-    assert capsys.readouterr().out == f"planarc {version}\n"
+    assert capsys.readouterr().out == f"planarc {version('planarc')}\n"
 
 
 def test_the_package_runs_as_a_module() -> None:
