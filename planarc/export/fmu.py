@@ -19,7 +19,8 @@ Raises:    PlanarcError C300 for what cannot be exported, and what a start may r
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,7 @@ from planarc.core.diagnostic import usage_error
 from planarc.core.processes import Aside
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown
+from planarc.core.version import __version__
 from planarc.export.archive import write_archive
 from planarc.export.refusal import refuse
 from planarc.export.wishes import Wishes, derivatives, restricted, tolerance_of
@@ -87,7 +89,6 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     from planarc.export.fmi.variables import interface
     from planarc.export.idle import without_idle
     from planarc.export.image import take_image
-    from planarc.export.objects import compile_all
 
     folders = _folders(wishes)
     program = restricted(without_idle(compiled.program), wishes.parameters)
@@ -95,18 +96,14 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     # Derivatives wait for the start only where they have to know how long the past is.
     image = take_image(compiled) if program.delays else None
     lags = None if image is None else image.lags
-    with Aside(lambda: _besides(program, wishes, lags)) as aside:
+    entries = _entries(program, wishes)
+    triples = tuple(kind.triple for kind in folders.values())
+    with Aside(lambda: _besides(program, wishes, lags, entries, triples)) as aside:
         image = replace(image or take_image(compiled), stiff=wishes.stiff)
         shown = interface(program, image.w, image.held, image.selection, wishes.outputs,
                           image.timed, wishes.stiff, image.step)  # fmt: skip
-        files, written, entries = _described(compiled, program, image, shown, wishes, aside)
-    objects = compile_all(written, dict.fromkeys(kind.triple for kind in folders.values()))
-    identifier = _identifier(program.name)
-    for folder, kind in folders.items():
-        name = f"{identifier}.{kind.ending}"
-        files[f"binaries/{folder}/{name}"] = make_library(
-            kind, objects[kind.triple], name, entries.names
-        )
+        files, written = _described(compiled, program, image, shown, wishes, entries, aside)
+        files |= _libraries(program, written, folders, entries.names, aside)
     causes = [v.causality for v in shown.variables]
     return Fmu(
         write_archive(files),
@@ -118,16 +115,23 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     )
 
 
-def _besides(program: Program, wishes: Wishes, lags: Lags | None) -> Iterator[Any]:
-    """What depends on what, where there are derivatives, and these."""
+def _besides(
+    program: Program, wishes: Wishes, lags: Lags | None, entries: Entries, triples: Sequence[str]
+) -> Iterator[Any]:
+    """What depends on what, where there are derivatives; these; and texts that models share, which
+    are not known yet."""
     from planarc.export.fmi.variables import dependencies, output_slots
-    from planarc.export.module import derived
+    from planarc.export.module import derived, is_large, solver_text
+    from planarc.export.objects import begin_texts
+    from planarc.export.shared import Shared, traits_of
     from planarc.instance.plan import crowd_names
 
     slots = output_slots(program, wishes.outputs)
     slopes = None if crowd_names(program) else derivatives(program, slots)
     yield None if slopes is None else dependencies(program, slopes, slots)
     yield derived(program, lags, slopes, _spelled(wishes))
+    traits = traits_of(program, slopes is not None, True, not wishes.source and is_large(program))
+    yield from begin_texts(Shared(traits, entries, frozenset()), solver_text(program), triples)
 
 
 def _spelled(wishes: Wishes) -> bool:
@@ -135,15 +139,51 @@ def _spelled(wishes: Wishes) -> bool:
     return not (wishes.source or wishes.stiff)
 
 
+def _libraries(
+    program: Program, written: Written, folders: Mapping[str, Platform], public: Sequence[str],
+    aside: Aside[Any],
+) -> dict[str, bytes]:  # fmt: skip
+    """The model as machine code, in the order of the folders."""
+    from planarc.export.objects import compile_all
+
+    identifier = _identifier(program.name)
+    names = {folder: f"{identifier}.{kind.ending}" for folder, kind in folders.items()}
+
+    def link(triple: str, objects: Sequence[Object]) -> dict[str, bytes]:
+        return {
+            folder: make_library(kind, objects, names[folder], public)
+            for folder, kind in folders.items()
+            if kind.triple == triple
+        }
+
+    triples = tuple(dict.fromkeys(kind.triple for kind in folders.values()))
+    made = ChainMap(*compile_all(written, triples, link, lambda: next(aside)).values())
+    return {f"binaries/{folder}/{name}": made[folder] for folder, name in names.items()}
+
+
+def _entries(program: Program, wishes: Wishes) -> Entries:
+    """The functions of the interface."""
+    from planarc.export.fmi import three, two
+    from planarc.export.fmi.variables import shown_columns
+    from planarc.instance.plan import crowd_names
+    from planarc.ir.dae import Kind
+
+    kinds = {c.kind for c in shown_columns(program, wishes.outputs)}
+    version: Any = three if wishes.version == 3 else two
+    enumerations = Kind.ENUMERATION in kinds
+    integers = enumerations or Kind.INTEGER in kinds
+    crowded = bool(crowd_names(program))
+    found: Entries = version.functions(bool(program.delays), crowded, enumerations, integers)
+    return found
+
+
 def _described(
     compiled: Compiled, program: Program, image: Image, shown: Interface, wishes: Wishes,
-    aside: Aside[Any],
-) -> tuple[dict[str, bytes], Written, Entries]:  # fmt: skip
+    entries: Entries, aside: Aside[Any],
+) -> tuple[dict[str, bytes], Written]:  # fmt: skip
     """All files but the libraries, and what these are made of."""
     from planarc.export.documentation import documents
-    from planarc.export.fmi import three, two
     from planarc.export.fmi.description import Told, describe
-    from planarc.export.fmi.entries import INTEGER
     from planarc.export.fmi.terminals import describe_terminals
     from planarc.export.fmi.variables import by_reference
     from planarc.export.module import write
@@ -155,11 +195,6 @@ def _described(
     seen = [v.name for v in shown.variables if v.causality == "output"]
     if wishes.outputs is not None and not any(map(wishes.outputs.search, seen)):
         raise no_match("variable that changes", wishes.outputs)
-    version = three if wishes.version == 3 else two
-    crowded = image.step is not None
-    enumerations = any(v.type for v in shown.variables)
-    integers = any(v.kind == INTEGER for v in shown.variables)
-    entries = version.functions(bool(program.delays), crowded, enumerations, integers)
     identifier = _identifier(program.name)
 
     @cache
@@ -167,7 +202,7 @@ def _described(
         """The description without its token."""
         known: Dependencies | None = next(aside)
         told = Told(wishes.version, identifier, "", _tool(), known is not None,
-                    COMPILED if wishes.source else (), not crowded)  # fmt: skip
+                    COMPILED if wishes.source else (), image.step is None)  # fmt: skip
         by_names = by_reference(program, shown, known or {})
         return describe(program, replace(shown, dependencies=by_names), told)
 
@@ -189,7 +224,7 @@ def _described(
         if wishes.version == 3:
             sources["buildDescription.xml"] = describe_build(identifier)
         files |= {f"sources/{name}": source.encode() for name, source in sources.items()}
-    return files, written, entries
+    return files, written
 
 
 def _folders(wishes: Wishes) -> dict[str, Platform]:
@@ -211,10 +246,10 @@ def make_library(kind: Platform, code: Sequence[Object], name: str, public: Sequ
     """A shared library; elementary functions are those of the system."""
     from planarc.export.link import elf, macho, pe
     from planarc.export.link.bridge import by_ways
-    from planarc.export.units import constants_once
+    from planarc.export.units import constants_once, reached
     from planarc.runtime.link.objects import put_together
 
-    found = constants_once(put_together(by_ways(code)))
+    found = constants_once(reached(put_together(by_ways(code)), public))
     lacking = {i: s.name for i, s in enumerate(found.symbols)
                if s.section is None and s.name.startswith(("pc_", "px_"))}  # fmt: skip
     used = {lacking[r.symbol] for s in found.sections for r in s.relocations if r.symbol in lacking}
@@ -233,6 +268,4 @@ def _identifier(name: str) -> str:
 
 
 def _tool() -> str:
-    from importlib.metadata import version
-
-    return f"planarc {version('planarc')}"
+    return f"planarc {__version__}"

@@ -35,7 +35,7 @@ from planarc.export.endings import most_values, subjects, templates
 from planarc.export.fits import misfit_slots
 from planarc.export.image import Image
 from planarc.export.pruned import asked_in
-from planarc.export.shared import Shared, Traits
+from planarc.export.shared import Shared, traits_of
 from planarc.export.tables import (
     home_words,
     image_words,
@@ -64,7 +64,6 @@ from planarc.instance.plan import (
     Own,
     crowd_names,
     distances,
-    is_eventful,
     make_plan,
     rules,
 )
@@ -111,7 +110,7 @@ class Written(Data):
 
     @property
     def texts(self) -> tuple[str, ...]:
-        return self.shared.text, self.solver, self.own, self.derivatives
+        return self.shared.text(), self.solver, self.own, self.derivatives
 
 
 class Derived(Data):
@@ -162,28 +161,26 @@ def write(
     slopes = cache(slopes)
     own, stored = _own(program, image, entries, token, tolerance, slopes, derivatives,
                        _carrier(program, image.lags, spelled), apart)  # fmt: skip
-    traits = Traits(
-        touches=bool(Points(program).all),
-        delayed=bool(program.delays),
-        crowded=bool(crowd_names(program)),
-        eventful=is_eventful(program),
-        derived=derivatives and not crowd_names(program),
-        apart=bool(stored),
-    )
-    shared = Shared(traits, entries, asked_in(own))
-    return Written(shared, _solver(program), own, slopes().text, stored)
+    traits = traits_of(program, slopes().exist, derivatives, bool(stored))
+    shared = Shared(traits, entries, frozenset(asked_in(own)))
+    return Written(shared, solver_text(program), own, slopes().text, stored)
 
 
 def _carrier(
     program: Program, lags: Lags | None, wanted: bool, joins: bool = False
 ) -> Carrier | None:
     """What carries out a large model's statements."""
-    if not wanted or weight(program) < _LARGE:
+    if not wanted or not is_large(program):
         return None
     return Carrier(Own.OPERATIONS, *distances(program, lags), joins)
 
 
-def _solver(program: Program) -> str:
+def is_large(program: Program) -> bool:
+    """Whether it takes so much to compute that numbers of it stand in a file, most likely."""
+    return weight(program) >= _LARGE
+
+
+def solver_text(program: Program) -> str:
     """Elimination: in registers only for the numbers of unknowns that the model has."""
     sizes = {len(b.residuals) for b in program.blocks if b.direct is None}
     smalls = sorted(n for n in sizes if 0 < n <= SMALL)

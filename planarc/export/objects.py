@@ -13,14 +13,14 @@ Promises:  the same texts give the same objects.
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Collection, Iterable, Mapping, Set
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Set
 from contextlib import nullcontext
 from enum import Enum
 from functools import cache, cached_property
-from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from msgspec import Raw, msgpack
+from msgspec.structs import replace
 
 from planarc.core import cache as store
 from planarc.core.processes import Aside
@@ -37,15 +37,18 @@ from planarc.export.emission import (
 from planarc.export.link.bridge import called_inside, ways
 from planarc.export.module import Written, write_whole
 from planarc.export.parted import divide, names_in
-from planarc.export.pruned import NONE, asked_in, calls_in, numbers_of, without
+from planarc.export.pruned import asked_in, calls_in, without
+from planarc.export.shared import CALLED, Shared
 from planarc.export.units import Text
-from planarc.instance.plan import Table
 from planarc.runtime.link.objects import Object, read_object
 
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
     from planarc.export.image import Image
     from planarc.ir.program import Program
+
+#: What a caller makes of the objects for a system.
+Linked = TypeVar("Linked")
 
 #: Kinds of models whose functions are looked through for those of a new one.
 _LOOKED_AT = 64
@@ -63,13 +66,28 @@ def compile_library(
 
 def compile_for(written: Written, triple: str) -> tuple[Object, ...]:
     """The objects of a model for a system."""
-    return compile_all(written, (triple,))[triple]
+    return compile_all(written, (triple,), lambda _, objects: objects)[triple]
 
 
-def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[Object, ...]]:
-    """Its objects for several systems; those of shared texts are kept. Those of systems that have
-    nothing in common are made side by side, and the model's own beside new shared ones."""
-    shared = _Shared(written)
+def begin_texts(shared: Shared, solver: str, triples: Iterable[str]) -> Iterator[Mapping[str, str]]:
+    """What takes longest of what is to be known of models that share this, in two steps, where it
+    is not kept for all of these systems: `compile_all` wants it."""
+    common = _Common(shared, solver, CALLED)
+    new = common.new(triples)
+    yield common.written() if new else {}
+    yield common.left(new & {Part.INNER})
+
+
+def compile_all(
+    written: Written,
+    triples: Collection[str],
+    link: Callable[[str, tuple[Object, ...]], Linked],
+    begun: Callable[[], Mapping[str, str]] = dict,
+) -> dict[str, Linked]:
+    """What is made of its objects for several systems; those of shared texts are kept. Systems that
+    have nothing in common are served side by side. `begun` gives what another process has of their
+    texts, and is asked twice (`begin_texts`)."""
+    common = _common(written, CALLED)
     others = (written.own, written.derivatives)
     families: dict[str, list[str]] = {}
     for triple in triples:
@@ -79,40 +97,39 @@ def compile_all(written: Written, triples: Collection[str]) -> dict[str, tuple[O
     def own(inner: str) -> tuple[Object, ...]:
         return tuple(read_object(emitted(text, inner, OWN_PASSES)) for text in others)
 
-    def family(inner: str) -> dict[str, tuple[Object, ...]]:
+    def family(inner: str) -> dict[str, Linked]:
         inside = (
-            *shared.compiled(Part.INNER, inner),
-            *shared.compiled(Part.SOLVER, inner),
+            *common.compiled(Part.INNER, inner),
+            *common.compiled(Part.SOLVER, inner),
             *own(inner),
         )
-        return {triple: with_outside(triple, inside) for triple in families[inner]}
+        return {triple: link(triple, with_outside(triple, inside)) for triple in families[inner]}
 
     def with_outside(triple: str, inside: Iterable[Object]) -> tuple[Object, ...]:
+        made = (*common.compiled(_outer(triple), triple), *inside)
         if not SYSTEMS[triple].inside:
-            return (*shared.compiled(Part.OUTER, triple), *inside)
-        made = (*shared.compiled(Part.OUTER_CALLED, triple), *inside)
+            return made
         return (*made, read_object(emitted(ways(made), triple)))
 
-    wanted = {(part, SYSTEMS[t].inside or t) for t in triples for part in (Part.INNER, Part.SOLVER)}
-    wanted |= {(Part.OUTER_CALLED if SYSTEMS[t].inside else Part.OUTER, t) for t in triples}
-    if new := shared.new(wanted):
-        with Aside(lambda: iter((shared.texts(new),))) as aside:
-            for inner in families:
-                own(inner)
-            shared.know(next(aside))
     first, *rest = families
+    new = common.new(triples)
+    common.know(begun())
+    if new:
+        own(first)
+    common.left(new - {Part.INNER})
+    common.know(begun())
+    common.left(new)
     with Aside(lambda: map(family, rest)) if rest else nullcontext(iter(())) as others_made:
         return dict(ChainMap(family(first), *(next(others_made) for _ in rest)))
 
 
 def compile_wasm(written: Written) -> tuple[bytes, ...]:
     """The objects of a model for a page, in a form of their own."""
-    others = (written.own, written.derivatives)
-    shared = _Shared(written)
+    common = _common(written)
     return (
-        shared.whole(Part.WHOLE, WASM),
-        shared.whole(Part.SOLVER, WASM),
-        *(emitted(text, WASM, OWN_PASSES) for text in others),
+        common.whole(Part.WHOLE, WASM),
+        common.whole(Part.SOLVER, WASM),
+        *(emitted(text, WASM, OWN_PASSES) for text in (written.own, written.derivatives)),
     )
 
 
@@ -126,38 +143,52 @@ class Part(Enum):
     OUTER_CALLED = "outer, called in another way"
 
 
-class _Shared:
-    """The objects of what models share. They are known by what their text hangs on, with the
-    numbers of the model's plan and what its own modules ask for: it is written where that is new.
-    Models of other kinds had most of their functions: these are known one by one (`units`)."""
+def _outer(triple: str) -> Part:
+    return Part.OUTER_CALLED if SYSTEMS[triple].inside else Part.OUTER
 
-    def __init__(self, written: Written) -> None:
-        self._shared, self._solver = written.shared, written.solver
-        self._numbers = numbers_of(written.own, "px_plan")[: Table.POINTERS]
-        others = (written.solver, written.own, written.derivatives)
-        self._asked = {name for text in others for name in asked_in(text)}
-        self._texts: dict[Part, str] = {}
 
-    def new(self, wanted: Iterable[tuple[Part, str]]) -> set[Part]:
-        """Which of these are not kept for one of these systems."""
-        return {p for p, t in wanted if store.load("native", self._name(p, t)) is None}
+def _common(written: Written, others: Set[str] = frozenset()) -> _Common:
+    asked = asked_in(written.own) | asked_in(written.derivatives)
+    return _Common(written.shared, written.solver, asked | others)
 
-    def texts(self, parts: Iterable[Part]) -> dict[Part, str]:
-        """Their texts as LLVM leaves them."""
-        return {part: shared_text(self._text(part), self._called(part)) for part in parts}
 
-    def know(self, texts: Mapping[Part, str]) -> None:
+class _Common:
+    """The objects of what models share. They are known by what their text hangs on: it is written
+    where that is new. Models of other kinds had most of their functions: these are known one by one
+    (`units`). What no model but others asks for goes when a library is linked."""
+
+    def __init__(self, shared: Shared, solver: str, called: Set[str]) -> None:
+        """What is `called` of it, besides what `shared` knows."""
+        called = shared.called | asked_in(solver) | called
+        self._shared, self._solver = replace(shared, called=called), solver
+        self._none = dict(shared.traits.none)
+        self._texts: dict[str, str] = {}
+
+    def new(self, triples: Iterable[str]) -> set[Part]:
+        """Which parts are not kept for one of these systems."""
+        wanted = {(part, SYSTEMS[t].inside or t) for t in triples
+                  for part in (Part.INNER, Part.SOLVER)}  # fmt: skip
+        wanted |= {(_outer(t), t) for t in triples}
+        return {part for part, triple in wanted if self._kept(part, triple) is None}
+
+    def written(self) -> dict[str, str]:
+        """Their text by its name."""
+        return {self._name(Part.WHOLE): self._all}
+
+    def left(self, parts: Iterable[Part]) -> dict[str, str]:
+        """Texts as LLVM leaves them, by the names that they have for all systems."""
+        return {self._name(part): self._left(part) for part in parts}
+
+    def know(self, texts: Mapping[str, str]) -> None:
+        """Texts of `written` or `left` of what may be another model's."""
         self._texts.update(texts)
 
     def compiled(self, part: Part, triple: str) -> tuple[Object, ...]:
-        name = self._name(part, triple)
-        kept = store.load("native", name)
+        kept = self._kept(part, triple)
         if kept is not None:
             return tuple(code for _, code in _UNITS.decode(kept))
-        if part not in self._texts:
-            self.know(self.texts((part,)))
-        kinds = _Kinds(triple)
-        text = Text(on_system(self._texts[part], triple))
+        name, kinds = self._name(part, triple), _Kinds(triple)
+        text = Text(on_system(self._left(part), triple))
         known = kinds.known(set(text.keys.values()))
         units = tuple(text.units(known, lambda made, small: finished(made, triple, small)))
         store.store("native", name, msgpack.encode([(u.key, u.code) for u in units]))
@@ -165,24 +196,38 @@ class _Shared:
         return tuple(unit.code for unit in units)
 
     def whole(self, part: Part, triple: str) -> bytes:
-        name = self._name(part, triple)
-        found = store.load("native", name)
+        found = self._kept(part, triple)
         if found is None:
             found = shared_object(self._text(part), triple, self._called(part))
-            store.store("native", name, found)
+            store.store("native", self._name(part, triple), found)
         return found
 
-    def _name(self, part: Part, triple: str) -> str:
+    def _kept(self, part: Part, triple: str) -> bytes | None:
+        return store.load("native", self._name(part, triple))
+
+    def _name(self, part: Part, triple: str = "") -> str:
         if part is Part.SOLVER:
             return _name(part.value, triple, self._text(part))
-        none = "".join(str(n) if n in NONE else "." for n in self._numbers)
-        asked = ("", *sorted(self._asked), "")
-        return _name(part.value, triple, none, *asked, *self._shared.key)
+        return _name(part.value, triple, *self._key)
+
+    @cached_property
+    def _key(self) -> tuple[str, ...]:
+        return self._shared.key
+
+    def _left(self, part: Part) -> str:
+        return self._once(
+            self._name(part), lambda: shared_text(self._text(part), self._called(part))
+        )
+
+    def _once(self, name: str, make: Callable[[], str]) -> str:
+        if name not in self._texts:
+            self._texts[name] = make()
+        return self._texts[name]
 
     def _text(self, part: Part) -> str:
         match part:
             case Part.SOLVER:
-                return without(self._solver, "px_plan", self._numbers)
+                return without(self._solver, "px_plan", self._none)
             case Part.WHOLE:
                 return self._all
             case Part.INNER:
@@ -194,21 +239,23 @@ class _Shared:
 
     def _called(self, part: Part) -> Set[str]:
         """What is called of it from elsewhere."""
-        text = self._text(part)
+        text, asked = self._text(part), self._shared.called
         match part:
             case Part.SOLVER:
-                others = names_in(text)
+                others: Set[str] = names_in(text)
             case Part.WHOLE:
-                others = self._asked
+                others = asked
             case Part.INNER:
-                others = self._asked | names_in(self._divided[1])
+                others = asked | names_in(self._divided[1])
             case Part.OUTER | Part.OUTER_CALLED:
-                others = self._asked | names_in(self._divided[0])
+                others = asked | names_in(self._divided[0])
         return others & calls_in(text)
 
     @cached_property
     def _all(self) -> str:
-        return without(self._shared.text, "px_plan", self._numbers)
+        return self._once(
+            self._name(Part.WHOLE), lambda: without(self._shared.text(), "px_plan", self._none)
+        )
 
     @cached_property
     def _divided(self) -> tuple[str, str]:
@@ -238,4 +285,6 @@ class _Kinds:
 
 
 def _name(*parts: str) -> str:
-    return store.key("exported", version("llvmlite"), *parts)
+    import llvmlite
+
+    return store.key("exported", llvmlite.__version__, *parts)

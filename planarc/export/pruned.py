@@ -11,13 +11,13 @@ leaves out what is done about it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 
 #: Numbers of a table that tell that there is none.
 NONE = (0, -1)
 FUNCTION = re.compile(r"(?:; [^\n]*\n)?^define [^@]*@(\w+)\((?:[^\n]*\n)+?}\n?", re.MULTILINE)
 _NAME = re.compile(r"@(\w+)")
-_ELSEWHERE = re.compile(r"^(?:declare [^@]*)?@(\w+)(?:\(| = external )", re.MULTILINE)
+_ELSEWHERE = re.compile(r"^(?:declare [^@]*)?@(p[cx]_\w+)(?:\(| = external )", re.MULTILINE)
 _LOADED = (
     r"(%\w+) = getelementptr inbounds i64, ptr @{}, i64 (\d+)\n"
     r"\s*(%\w+) = load i64, ptr \1, align 8$"
@@ -42,17 +42,16 @@ def calls_in(text: str) -> set[str]:
 
 
 def asked_in(text: str) -> set[str]:
-    """The functions, and the constants, that a text has from elsewhere and mentions."""
-    elsewhere = set(_ELSEWHERE.findall(text))
-    return elsewhere & calls_in(text)
+    """The functions of planarc, and the constants, that a text has from elsewhere and mentions."""
+    return set(_ELSEWHERE.findall(text)) & calls_in(text)
 
 
-def without(text: str, table: str, numbers: Sequence[int]) -> str:
-    """The text, where a `table` of these numbers tells what there is none of."""
+def without(text: str, table: str, none: Mapping[int, int]) -> str:
+    """The text, where places of a `table` tell what there is none of."""
 
     def told(found: re.Match[str]) -> str:
-        number = numbers[int(found[2])]
-        return f"{found[3]} = add i64 {number}, 0" if number in NONE else found[0]
+        number = none.get(int(found[2]))
+        return found[0] if number is None else f"{found[3]} = add i64 {number}, 0"
 
     return re.sub(_LOADED.format(table), told, text, flags=re.MULTILINE)
 

@@ -10,15 +10,17 @@ objects are known by that (`objects`), no text is written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.export.pruned import prune
+from planarc.export.pruned import NONE, prune
+from planarc.export.tables import counts, lead
+from planarc.instance.plan import Table, crowd_names, is_eventful
+from planarc.solve.contact.touches import Points
 
 if TYPE_CHECKING:
     from planarc.export.fmi.entries import Entries
+    from planarc.ir.program import Program
 
 #: In the place of the kernel's.
 _SOLVER = """
@@ -69,9 +71,17 @@ _TABLES = (
 )
 
 
+#: What a model's own functions may call: code that many models share has it all.
+CALLED = frozenset(
+    {"pc_carry", "pc_direct", "pc_linear", "pc_past", "pc_start", "pc_step"}
+    | {"px_copy", "px_impact", "px_reinit", "px_warn"}
+)
+
+
 class Traits(Data):
     """What shared functions hang on: whether something touches, or there are delayed signals, a
-    crowd, events or derivatives; and whether numbers stand in a file."""
+    crowd, events or derivatives; and whether numbers stand in a file. `none` are pairs of a place
+    in the model's plan and its number, which says that there is none of something."""
 
     touches: bool
     delayed: bool
@@ -79,28 +89,41 @@ class Traits(Data):
     eventful: bool
     derived: bool
     apart: bool
+    none: tuple[tuple[int, int], ...] = ()
 
 
-class Shared:
+def traits_of(program: Program, slopes: bool, derivatives: bool, apart: bool) -> Traits:
+    """`slopes`: the model can be differentiated; `derivatives`: that is asked for."""
+    known = counts(program) | {Table.SLOPES: int(slopes), Table.STORED: int(apart)}
+    crowded = bool(crowd_names(program))
+    return Traits(
+        touches=bool(Points(program).all),
+        delayed=bool(program.delays),
+        crowded=crowded,
+        eventful=is_eventful(program),
+        derived=derivatives and not crowded,
+        apart=apart,
+        none=tuple((int(place), n) for place, n in known.items() if n in NONE),
+    )
+
+
+class Shared(Data):
     """Those that the interface calls, and those that are `called` from a model's own."""
 
-    def __init__(self, traits: Traits, entries: Entries, called: Iterable[str]) -> None:
-        self._traits, self._entries = traits, entries
-        self._called = sorted({*entries.names, *called})
+    traits: Traits
+    entries: Entries
+    called: frozenset[str]
 
-    @cached_property
+    @property
     def key(self) -> tuple[str, ...]:
         """What `text` hangs on, besides the state of planarc's files."""
-        e = self._entries
+        e = self.entries
         version = (e.by_uri, e.tells, e.as_shown.__qualname__)
-        return repr(self._traits), repr(version), e.text(), *self._called
+        return repr(self.traits), repr(version), e.text(), *sorted({*e.names, *self.called})
 
-    @cached_property
     def text(self) -> str:
-        from planarc.export.tables import lead
-
-        text = _whole(self._traits, self._entries)
-        return prune(lead(text) if self._traits.apart else text, self._called)
+        text = _whole(self.traits, self.entries)
+        return prune(lead(text) if self.traits.apart else text, {*self.entries.names, *self.called})
 
 
 def _whole(traits: Traits, entries: Entries) -> str:

@@ -19,7 +19,7 @@ from planarc.export.image import Image
 from planarc.export.pruned import FUNCTION, numbers_of
 from planarc.instance.actions import endings
 from planarc.instance.block import BYTE, load_narrow
-from planarc.instance.plan import Own, Phase, Plan, Stale, count_loops, starts_anew
+from planarc.instance.plan import Own, Phase, Plan, Stale, Table, count_loops, starts_anew
 from planarc.instance.relations import relation_table
 from planarc.instance.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -73,23 +73,51 @@ def plan_table(
     program: Program, image: Image, made: Plan, unpacked: int, slopes: bool, stored: int
 ) -> str:
     """`Table`, and where those arrays begin that the file of numbers does not tell of."""
-    from planarc.solve.states.selector import open_blocks
-
-    opened, points = open_blocks(program), Points(program)
     rows = image.system[2] + image.system[3] + image.system[4]
     told = [(k, at) for k, at in made.homes if not stored or k in (Own.STORED, Own.TEXT)]
     w = dict(made.homes)[Frame.W]
-    nominals = [c for c in program.candidates if c.nominal is not None]
-    reserved = (program.slots.get(name, -1) for name in (INITIAL, TERMINAL, START_TIME))
-    numbers = (made.words, program.state_count, program.size, len(opened), len(made.given),
-               len(made.given), image.system[1], rows, len(nominals), w - Own.PHASE,
-               Own.MARGIN - w, made.room, len(program.relations),
-               len(program.relations) - len(image.timed), len(program.discretes),
-               len(program.samplers), len(unknowns(program)), *reserved,
-               sum(not b.linear for b in program.blocks), len(points.all),
-               len(endings(program)) + 1, unpacked, slopes, stored,
-               count_loops(program))  # fmt: skip
-    return table("px_plan", (*map(int, numbers), len(told), *(n for pair in told for n in pair)))
+    numbers = counts(program) | {
+        Table.WORDS: made.words,
+        Table.GIVEN: len(made.given),
+        Table.HELD: len(made.given),
+        Table.WIDTH: rows,
+        Table.WORKSPACE: w - Own.PHASE,
+        Table.MARGIN: Own.MARGIN - w,
+        Table.ROOM: made.room,
+        Table.INDICATORS: len(program.relations) - len(image.timed),
+        Table.JAMS: len(endings(program)) + 1,
+        Table.PACKED: unpacked,
+        Table.SLOPES: int(slopes),
+        Table.STORED: stored,
+        Table.POINTERS: len(told),
+    }
+    return table("px_plan", (*(numbers[k] for k in Table), *(n for pair in told for n in pair)))
+
+
+def counts(program: Program) -> dict[Table, int]:
+    """What of it the model alone tells."""
+    from planarc.solve.states.selector import open_blocks
+
+    initial, terminal, begin = (
+        program.slots.get(name, -1) for name in (INITIAL, TERMINAL, START_TIME)
+    )
+    return {
+        Table.STATES: program.state_count,
+        Table.SIZE: program.size,
+        Table.OPEN: len(open_blocks(program)),
+        Table.MOVED: len(program.candidates),
+        Table.NOMINALS: sum(c.nominal is not None for c in program.candidates),
+        Table.RELATIONS: len(program.relations),
+        Table.DISCRETES: len(program.discretes),
+        Table.SAMPLES: len(program.samplers),
+        Table.QUIET: len(unknowns(program)),
+        Table.INITIAL: initial,
+        Table.TERMINAL: terminal,
+        Table.BEGIN: begin,
+        Table.NONLINEAR: sum(not b.linear for b in program.blocks),
+        Table.TOUCHES: len(Points(program).all),
+        Table.LOOPS: count_loops(program),
+    }
 
 
 def tables_of(program: Program, image: Image) -> tuple[str, ...]:

@@ -164,3 +164,21 @@ def constants_once(found: Object) -> Object:
     symbols = (replace(s, section=None if s.section is None else places[s.section])
                for s in found.symbols)  # fmt: skip
     return replace(found, sections=tuple(sections), symbols=tuple(symbols))
+
+
+def reached(found: Object, public: Iterable[str]) -> Object:
+    """The object, where sections are empty that none of these functions needs: what models share
+    serves others, too."""
+    wanted = set(public)
+    todo = [s.section for s in found.symbols if s.public and s.name in wanted]
+    kept: set[int] = set()
+    while todo:
+        home = todo.pop()
+        if home is not None and home not in kept:
+            kept.add(home)
+            todo += [found.symbols[r.symbol].section for r in found.sections[home].relocations]
+    sections = (
+        s if i in kept else replace(s, data=b"", align=1, relocations=())
+        for i, s in enumerate(found.sections)
+    )
+    return replace(found, sections=tuple(sections))

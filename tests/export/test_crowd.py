@@ -432,7 +432,7 @@ def test_a_page_tells_of_bodies_that_overlap() -> None:
 def test_functions_have_names_of_their_own() -> None:
     compiled = loaded("Late").compiled()
     written = write_whole(compiled.program, take_image(compiled), functions(True, True), "", 1e-8)
-    names = re.findall(r"^define [^@]*@(\w+)\(", written.shared.text, re.MULTILINE)
+    names = re.findall(r"^define [^@]*@(\w+)\(", written.shared.text(), re.MULTILINE)
     assert len(names) > 100 and len(set(names)) == len(names)
 
 

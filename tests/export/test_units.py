@@ -16,8 +16,8 @@ from planarc.core import processes
 from planarc.export import objects
 from planarc.export.emission import SYSTEMS, WASM, finished, on_system, shared_object, shared_text
 from planarc.export.fmu import make_fmu
-from planarc.export.pruned import calls_in
-from planarc.export.units import Text, Unit, constants_once
+from planarc.export.pruned import FUNCTION, calls_in
+from planarc.export.units import Text, Unit, constants_once, reached
 from planarc.export.wishes import Wishes
 from planarc.request.request import Request
 from planarc.runtime.link.objects import Object, put_together, read_object
@@ -69,6 +69,29 @@ def defined(found: Object) -> set[str]:
 
 def size(found: Object, kind: str) -> int:
     return sum(len(s.data) for s in found.sections if s.name.startswith(kind))
+
+
+def test_what_nobody_needs_is_no_part_of_a_library() -> None:
+    text = runtime_text()
+    calls = {f[1]: calls_in(f[0]) for f in FUNCTION.finditer(text)}
+    for triple in (LINUX, ARM):
+        together = put_together([u.code for u in runtime(triple)[1]])
+        for public in (["pc_linear"], ["pc_start", "pc_step"], []):
+            wanted, todo = set(), [*public]
+            while todo:
+                if (name := todo.pop()) not in wanted and name in calls:
+                    wanted.add(name)
+                    todo += calls[name]
+            left = reached(together, public)
+            full = {
+                s.name
+                for s in left.symbols
+                if s.public and s.section is not None and left.sections[s.section].data
+            }
+            assert {*public} <= full <= wanted, "LLVM has put some into others"
+            assert reached(left, public) == left
+        everything = {s.name for s in together.symbols if s.public}
+        assert size(reached(together, everything), ".text") == size(together, ".text")
 
 
 @settings(max_examples=8, deadline=None)

@@ -126,6 +126,20 @@ def by_reference(program: Program, shown: Interface, found: Dependencies) -> Dep
     }
 
 
+def shown_columns(program: Program, outputs: re.Pattern[str] | None) -> list[Column]:
+    """The variables that a host is shown: not what a component has for itself, but for states."""
+    moving = {slot for c in program.candidates for slot in (c.slot, c.derivative)}
+    moving -= {c.slot for c in program.columns if not c.protected and c.sign > 0}
+    return [
+        column
+        for column in program.columns
+        if column.kind in _KINDS
+        and not column.name.startswith("$")
+        and (not column.protected or column.slot in moving
+             or (outputs is not None and outputs.search(column.name)))
+    ]  # fmt: skip
+
+
 def interface(
     program: Program,
     w: Sequence[float],
@@ -141,16 +155,10 @@ def interface(
     that a host is shown as outputs, besides the model's own; `stiff` is the choice of steps.
     Where steps have one length, `step`, they are the model's own: no host sees its states."""
     groups: dict[int, list[Column]] = {}
-    moving = {slot for c in program.candidates for slot in (c.slot, c.derivative)}
-    moving -= {c.slot for c in program.columns if not c.protected and c.sign > 0}
-    for column in program.columns:
-        kind = _KINDS.get(column.kind)
-        wanted = outputs is not None and outputs.search(column.name)
-        if column.protected and column.slot not in moving and not wanted:
-            continue  # a component's own
-        if kind is not None and not column.name.startswith("$"):
-            sign = int(column.sign < 0 and kind == NUMBER)
-            groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
+    for column in shown_columns(program, outputs):
+        kind = _KINDS[column.kind]
+        sign = int(column.sign < 0 and kind == NUMBER)
+        groups.setdefault(8 * column.slot + 2 * kind + sign, []).append(column)
     found = _Shown(program, w, {slot for slot, _ in held}, outputs)
     candidates = [program.candidates[i] for i in selection]
     fixed = never_exchanged(program) or step is not None
