@@ -97,8 +97,7 @@ def _made(compiled: Compiled, wishes: Wishes) -> Fmu:
     image = take_image(compiled) if program.delays else None
     lags = None if image is None else image.lags
     entries = _entries(program, wishes)
-    triples = tuple(kind.triple for kind in folders.values())
-    with Aside(lambda: _besides(program, wishes, lags, entries, triples)) as aside:
+    with Aside(lambda: _besides(program, wishes, lags, entries, _triples(folders))) as aside:
         image = replace(image or take_image(compiled), stiff=wishes.stiff)
         shown = interface(program, image.w, image.held, image.selection, wishes.outputs,
                           image.timed, wishes.stiff, image.step)  # fmt: skip
@@ -156,8 +155,8 @@ def _libraries(
             if kind.triple == triple
         }
 
-    triples = tuple(dict.fromkeys(kind.triple for kind in folders.values()))
-    made = ChainMap(*compile_all(written, triples, link, lambda: next(aside)).values())
+    found = compile_all(written, _triples(folders), link, lambda: next(aside))
+    made = ChainMap(*found.values())
     return {f"binaries/{folder}/{name}": made[folder] for folder, name in names.items()}
 
 
@@ -240,6 +239,11 @@ def _folders(wishes: Wishes) -> dict[str, Platform]:
         what = f"FMI 2.0 knows no {ticked(lacking)}" if lacking else "an FMU needs a platform"
         raise usage_error("C302", what, hint=f"choose among {ticked(of_version)}")
     return {p if wishes.version == 3 else of_version[p].older: of_version[p] for p in wanted}
+
+
+def _triples(folders: Mapping[str, Platform]) -> tuple[str, ...]:
+    """What objects are made for, each once."""
+    return tuple(dict.fromkeys(kind.triple for kind in folders.values()))
 
 
 def make_library(kind: Platform, code: Sequence[Object], name: str, public: Sequence[str]) -> bytes:

@@ -114,9 +114,9 @@ def compile_all(
     first, *rest = families
     new = common.new(triples)
     common.know(begun())
-    if new:
+    if new:  # the other process is busy with the largest part
         own(first)
-    common.left(new - {Part.INNER})
+        common.left(new - {Part.INNER})
     common.know(begun())
     common.left(new)
     with Aside(lambda: map(family, rest)) if rest else nullcontext(iter(())) as others_made:
