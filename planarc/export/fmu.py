@@ -129,8 +129,12 @@ def _besides(
     slopes = None if crowd_names(program) else derivatives(program, slots)
     yield None if slopes is None else dependencies(program, slopes, slots)
     yield derived(program, lags, slopes, _spelled(wishes))
-    traits = traits_of(program, slopes is not None, True, not wishes.source and is_large(program))
-    yield from begin_texts(Shared(traits, entries, frozenset()), solver_text(program), triples)
+    apart = not wishes.source and is_large(program)
+    likely, other = (
+        Shared(traits_of(program, slopes is not None, True, so), entries, frozenset())
+        for so in (apart, not apart)
+    )
+    yield from begin_texts(likely, other, solver_text(program), triples)
 
 
 def _spelled(wishes: Wishes) -> bool:

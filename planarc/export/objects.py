@@ -69,11 +69,14 @@ def compile_for(written: Written, triple: str) -> tuple[Object, ...]:
     return compile_all(written, (triple,), lambda _, objects: objects)[triple]
 
 
-def begin_texts(shared: Shared, solver: str, triples: Iterable[str]) -> Iterator[Mapping[str, str]]:
-    """What takes longest of what is to be known of models that share this, in two steps, where it
-    is not kept for all of these systems: `compile_all` wants it."""
-    common = _Common(shared, solver, CALLED)
-    new = common.new(triples)
+def begin_texts(
+    likely: Shared, other: Shared, solver: str, triples: Collection[str]
+) -> Iterator[Mapping[str, str]]:
+    """What takes longest of what is to be known of models that share what is `likely`, in two
+    steps, where nothing that they may share is kept for all of these systems: `compile_all` wants
+    it."""
+    common, unlikely = (_Common(shared, solver, CALLED) for shared in (likely, other))
+    new = common.new(triples) if unlikely.new(triples) else set()
     yield common.written() if new else {}
     yield common.left(new & {Part.INNER})
 
@@ -86,7 +89,7 @@ def compile_all(
 ) -> dict[str, Linked]:
     """What is made of its objects for several systems; those of shared texts are kept. Systems that
     have nothing in common are served side by side. `begun` gives what another process has of their
-    texts, and is asked twice (`begin_texts`)."""
+    texts, and is asked twice, where they are new (`begin_texts`)."""
     common = _common(written, CALLED)
     others = (written.own, written.derivatives)
     families: dict[str, list[str]] = {}
@@ -112,13 +115,12 @@ def compile_all(
         return (*made, read_object(emitted(ways(made), triple)))
 
     first, *rest = families
-    new = common.new(triples)
-    common.know(begun())
-    if new:  # the other process is busy with the largest part
-        own(first)
+    if new := common.new(triples):
+        common.know(begun())
+        own(first)  # the other process is busy with the largest part
         common.left(new - {Part.INNER})
-    common.know(begun())
-    common.left(new)
+        common.know(begun())
+        common.left(new)
     with Aside(lambda: map(family, rest)) if rest else nullcontext(iter(())) as others_made:
         return dict(ChainMap(family(first), *(next(others_made) for _ in rest)))
 
