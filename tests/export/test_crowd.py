@@ -29,6 +29,7 @@ from planarc.export.image import take_image
 from planarc.export.module import write_whole
 from planarc.export.page.module import make_module
 from planarc.export.page.page import make_page
+from planarc.export.shared import CALLED
 from planarc.export.wishes import Wishes
 from tests.export.fmus import HERE, runs_here, written
 from tests.export.test_wasm import needs_node, of_node
@@ -433,6 +434,7 @@ def test_functions_have_names_of_their_own() -> None:
     compiled = loaded("Late").compiled()
     written = write_whole(compiled.program, take_image(compiled), functions(True, True), "", 1e-8)
     names = re.findall(r"^define [^@]*@(\w+)\(", written.shared.text(), re.MULTILINE)
+    assert {"pc_past"} <= written.shared.called <= CALLED
     assert len(names) > 100 and len(set(names)) == len(names)
 
 
