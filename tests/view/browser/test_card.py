@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import planarc
-from tests.view.browser.conftest import PLACE
+from tests.view.browser.conftest import PLACE, until
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def test_a_part_says_what_it_is(
     page = open_page(result.report(tmp_path / "page.html"), size)
     page.evaluate("theme => planarc.theme.set(theme)", theme)
     page.evaluate("planarcPlayer.setTime(1); planarcPlayer.setLayer('names', true)")
-    page.wait_for_function("Math.abs(planarcPlayer.time - 1) < 1e-9")
+    until(page, "Math.abs(planarcPlayer.time - 1) < 1e-9")
     place = page.evaluate(PLACE, [0.3, "coupler"])
     page.mouse.move(place["x"], place["y"])
     card = page.locator(".part")
@@ -46,7 +46,7 @@ def test_a_part_says_what_it_is(
     assert f"{speed:.3f}"[:4] in told
     screenshot(page, f"card-{size[0]}-{theme}")
     page.mouse.click(place["x"], place["y"])
-    page.wait_for_function("planarcPlots.chosen.has('coupler.body.w')")
+    until(page, "planarcPlots.chosen.has('coupler.body.w')")
     page.mouse.move(place["x"] + 2, 1)
     card.wait_for(state="hidden")
 

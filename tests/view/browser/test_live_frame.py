@@ -12,7 +12,7 @@ import pytest
 
 from planarc.live.server import LiveServer
 from planarc.request.request import Request
-from tests.view.browser.conftest import settle
+from tests.view.browser.conftest import settle, until
 
 ROOT = Path(__file__).parents[3]
 #: An editor's panel: it greets the page, and keeps what it is told.
@@ -98,7 +98,7 @@ def tell(page: Any, frame: Any, message: str) -> None:
     """The panel says something, and the frame, which is another process, has drawn it."""
     heard = frame.evaluate("heard")
     page.evaluate(message)
-    frame.wait_for_function(f"heard === {heard + 1}")
+    until(frame, f"heard === {heard + 1}")
     frame.evaluate(DRAWN)
 
 
@@ -120,7 +120,7 @@ def test_a_click_on_a_bar_is_told_to_the_editor(
     click(page, frame, "coupler.shape", 0.25)
     click(page, frame, "rocker.shape", 0.75)
     click(page, frame, "coupler.shape", 0.25, off=-150.0)  # nothing is there
-    page.wait_for_function("told.length === 2")
+    until(page, "told.length === 2")
     origin = f"http://127.0.0.1:{live.port}"
     picked = [{"type": "planarc/picked", "component": n} for n in ("coupler", "rocker")]
     assert page.evaluate("told") == [[origin, p] for p in picked]
