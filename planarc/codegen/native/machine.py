@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any
 
 from planarc.codegen.native.options import IN_MEMORY, options
 from planarc.codegen.native.printer import ir, slopes_ir
-from planarc.codegen.native.processor import key, target_machine
+from planarc.codegen.native.processor import fuses, key, target_machine
+from planarc.codegen.native.waves import waves_text
 from planarc.core import cache as store
 from planarc.core.data import Data
 from planarc.runtime.link import PLACES
@@ -47,7 +48,8 @@ class Events(Data):
 
 def compile_object(program: Program, events: Events | None = None) -> bytes:
     """The program's object code, with that of its events."""
-    return _joined(_runtime(), _own(ir(program)), *(() if events is None else _events(events)))
+    own = _own(ir(program, fused=fuses()))
+    return _joined(_runtime(), own, *(() if events is None else _events(events)))
 
 
 def compile_slopes(program: Program, scope: Scope) -> bytes | None:
@@ -85,7 +87,8 @@ def _runtime() -> bytes:
     def make() -> bytes:
         from planarc.codegen.native.runtime import runtime_text
 
-        return _compiled(runtime_text(), 1, _TIDIED)
+        text = runtime_text() + (waves_text() if fuses() else "")
+        return _compiled(text, 1, _TIDIED)
 
     return _kept(("runtime",), make)
 

@@ -31,6 +31,7 @@ from planarc.codegen.native.packed import Rows
 from planarc.codegen.native.reads import counted, reads_of
 from planarc.codegen.native.rolling import SHORTEST_SELDOM, operations
 from planarc.codegen.native.shapes import Shapes, is_number
+from planarc.codegen.native.waves import DECLARED as WAVES
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.program import Let, Program, Statement
@@ -59,12 +60,12 @@ declare double @pc_external(i64, i64, i64, ptr)
 
 def ir(
     program: Program, small: bool = False, shared: Rows | None = None,
-    carrier: Carrier | None = None,
+    carrier: Carrier | None = None, fused: bool = False,
 ) -> str:  # fmt: skip
     """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
     their rows, which have constants of their own without; `carrier`: of statements that are rows,
     too, which are code without, and where they run often also in small models; its functions are
-    not here."""
+    not here. `fused`: for a processor that rounds a*b + c once."""
     placement = place(program)
     shapes = Shapes()
     reads = cache(partial(reads_of, program, shapes))
@@ -75,7 +76,8 @@ def ir(
     heavy = 0 if carrier is None else weight(program)
     seldom = partial(section, seldom=True, carrier=carrier)
     often, less = (
-        partial(section, carrier=carrier if heavy >= least else None) for least in (LARGE, MEDIUM)
+        partial(section, fused=fused, carrier=carrier if heavy >= least else None)
+        for least in (LARGE, MEDIUM)
     )
     if carrier is not None:
         carrier.hurries = heavy >= MEDIUM
@@ -92,7 +94,7 @@ def ir(
         ),
         section("pc_discrete", seldom=True).text(program.discrete),
     )
-    head = declarations() + _RUNTIME
+    head = declarations() + (WAVES if fused else "") + _RUNTIME
     return "\n".join((head, _records(placement), *functions))
 
 

@@ -20,6 +20,8 @@ from planarc.runtime.link.memory import put
 
 #: Lines of Linux about a processor that say what it can run, and of which kind it is.
 _TELLING: Final = ("vendor_id", "cpu family", "model", "stepping", "flags")
+#: Of the answers to CPUID, the bit that tells of rounding a*b + c once: which answer, which bit.
+FUSING: Final = 1, 12
 #: void f(leaf, part, registers): the instruction CPUID, its answer eax, ebx, ecx, edx in memory.
 _CPUID: Final = bytes.fromhex(
     "53 49 89 d0 89 f8 89 f1 0f a2"  # push rbx; mov r8, rdx; mov eax, edi; mov ecx, esi; cpuid
@@ -37,12 +39,29 @@ def key() -> str:
     return " ".join(_as_llvm_says())
 
 
+@cache
+def fuses() -> bool:
+    """Whether this processor rounds a*b + c once; others need a function for that."""
+    if PLACES:
+        with suppress(OSError):
+            knows = any("fma" in line.split() for line in _told() if line.startswith("flags"))
+            answer, bit = FUSING
+            return knows and bool([*_asked()][answer] >> bit & 1)
+    import llvmlite.binding as llvm
+
+    arm = llvm.get_process_triple().startswith(("aarch64", "arm64"))  # all of which do
+    return arm or "+fma" in _features().split(",")
+
+
 def _kind() -> str:
     """The first processor as the system knows it, and what this process may use of it: emulators
     such as Valgrind's know fewer instructions."""
+    return "\n".join((*_told(), *map(str, _asked())))
+
+
+def _told() -> list[str]:
     first, _, _ = Path("/proc/cpuinfo").read_text("utf-8", "replace").partition("\n\n")
-    told = [line for line in first.splitlines() if line.startswith(_TELLING)]
-    return "\n".join((*told, *map(str, _asked())))
+    return [line for line in first.splitlines() if line.startswith(_TELLING)]
 
 
 def _asked() -> Iterator[int]:

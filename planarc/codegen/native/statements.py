@@ -43,11 +43,11 @@ class Statements(ABC):
         self, program: Program, placement: Placement, shapes: Shapes,
         reads: Callable[[], Counter[Expr]], slot: Callable[[Expr], int | None], name: str,
         results: bool = False, seldom: bool = False, small: bool = False,
-        shared: Rows | None = None, carrier: Carrier | None = None,
+        shared: Rows | None = None, carrier: Carrier | None = None, fused: bool = False,
     ) -> None:  # fmt: skip
         self._carrier = carrier
         self._tables: list[str] = []
-        self._seldom, self._small = seldom, small
+        self._seldom, self._small, self._fused = seldom, small, fused
         self._program, self._shapes, self._reads = program, shapes, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
@@ -196,7 +196,8 @@ class Statements(ABC):
         angle = e.args[0]
         x, known = self._leaf(angle), self._turned.get(angle)
         if known is None or known[0] != x.text:
-            self._turned[angle] = known = x.text, turn(self._code, self._turns[angle], x)
+            both = turn(self._code, self._turns[angle], x, self._fused)
+            self._turned[angle] = known = x.text, both
         return known[1][e.data]
 
     @contextmanager

@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import Final
 
 from planarc.codegen.native.assembly import REAL, Code, Value
+from planarc.codegen.native.waves import call_waves
 from planarc.ir.expr import Expr, Op
 from planarc.ir.once import once
 from planarc.ir.program import BlockCode, Let, Program
@@ -49,8 +50,9 @@ def are_few(program: Program) -> bool:
     return sum(map(len, map(angles, program.blocks))) <= FEW_ANGLES
 
 
-def turn(c: Code, memory: Value, x: Value) -> dict[str, Value]:
-    """Sine and cosine of an angle, which becomes that of the memory."""
+def turn(c: Code, memory: Value, x: Value, fused: bool = False) -> dict[str, Value]:
+    """Sine and cosine of an angle, which becomes that of the memory. `fused`: for a processor that
+    needs no library for them (`waves`)."""
     near, far, behind = c.label(), c.label(), c.label()
     d, s, k = x - memory.load(REAL, ANGLE), memory.load(REAL, SINE), memory.load(REAL, COSINE)
     c.branch(c.absolute(d) < NEAR, near, far)
@@ -60,7 +62,7 @@ def turn(c: Code, memory: Value, x: Value) -> dict[str, Value]:
     turned = s + (k * across - s * along), k - (s * across + k * along)
     c.jump(behind)
     c.begin(far)
-    computed = c.call(REAL, "sin", x), c.call(REAL, "cos", x)
+    computed = call_waves(c, x) if fused else [c.call(REAL, name, x) for name in ("sin", "cos")]
     c.enter(behind)
     both = (c.joined((a, near), (b, far)) for a, b in zip(turned, computed, strict=True))
     sine, cosine = list(both)

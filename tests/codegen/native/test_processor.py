@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from planarc.codegen.native.processor import _asked, key
+from planarc.codegen.native.processor import FUSING, _asked, _features, fuses, key
 from planarc.runtime.link import PLACES
 
 pytest.importorskip("llvmlite")
@@ -14,7 +14,7 @@ if not PLACES:
     pytest.skip("LLVM tells it here", allow_module_level=True)
 
 #: Of the answers to CPUID, the bit of an instruction set: (which answer, bit).
-BITS = {"sse2": (2, 26), "fma": (1, 12), "avx": (1, 28), "avx2": (4, 5), "avx512f": (4, 16)}
+BITS = {"sse2": (2, 26), "fma": FUSING, "avx": (1, 28), "avx2": (4, 5), "avx512f": (4, 16)}
 
 
 def test_the_processor_has_what_the_system_says() -> None:
@@ -35,3 +35,13 @@ def test_an_emulator_that_knows_less_has_another_key(monkeypatch: pytest.MonkeyP
     key.cache_clear()
     assert key() != here
     key.cache_clear()
+
+
+def test_llvm_says_the_same_of_rounding_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    from planarc.codegen.native import processor
+
+    assert fuses() == ("+fma" in _features().split(","))
+    answers = list(_asked())
+    answers[FUSING[0]] &= ~(1 << FUSING[1])
+    monkeypatch.setattr(processor, "_asked", lambda: answers)
+    assert not fuses.__wrapped__()

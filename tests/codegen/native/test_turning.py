@@ -11,20 +11,23 @@ import pytest
 
 from planarc.codegen.native import turning
 from planarc.codegen.native.assembly import Code, Value, function
+from tests.codegen.native.test_waves import HEAD
 
 
 @function("i32 turned(ptr memory, double x)")
-def _turned(c: Code, memory: Value, x: Value) -> None:
-    turning.turn(c, memory, x)
+def _turned(c: Code, memory: Value, x: Value, fused: bool) -> None:
+    turning.turn(c, memory, x, fused)
     c.give(0)
 
 
+@pytest.mark.parametrize("fused", (False, True))
 @pytest.mark.parametrize("first", (0.0, 1.0, -2.5, 1e3))
-def test_sine_and_cosine_are_those_of_the_angle(first: float) -> None:
+def test_sine_and_cosine_are_those_of_the_angle(first: float, fused: bool) -> None:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    names = ("sin", "cos", "llvm.fabs.f64")
-    text = "".join(f"declare double @{name}(double)\n" for name in names) + _turned()
+    names = ("sin", "cos")
+    text = "".join(f"declare double @{name}(double)\n" for name in names)
+    text += HEAD + _turned(fused)
     machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
