@@ -27,6 +27,7 @@ from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Value, tab
 from planarc.codegen.native.columns import Groups, group_columns
 from planarc.codegen.native.formulas import real
 from planarc.codegen.native.gauss import NOT_FINITE
+from planarc.codegen.native.newton import TOP
 from planarc.codegen.native.operations import operation_row, room
 from planarc.codegen.native.sparse import operate, rows_by_slot
 from planarc.codegen.native.statements import Statements
@@ -53,6 +54,8 @@ class Blocks(Statements):
     def _solve_linear(self, block: int, code: BlockCode) -> None:
         self._work(block, code)
         name = "pc_linear_pair" if self._is_pair(code) else "pc_linear"
+        if not code.height and len(code.residuals) in TOP and "pc_linear_top" in self._alone:
+            name = "pc_linear_top"
         self._call(name, self._record(block))
         self._read_tears(code)
         self._write(code.body)

@@ -138,11 +138,25 @@ def _in_order(
     c: Code, a: Value, r: Value, x: Value, sizes: Value, order: list[Value],
     columns: list[Value], n: Value,
 ) -> None:  # fmt: skip
-    """Elimination in registers, and whether its pivots are those that would be chosen."""
-    m = len(order)
+    """Elimination in registers."""
     starts = [a.at(i * n) for i in order]
     rows = [[at.load(REAL, j) for j in columns] for at in starts]
-    right = [r.load(REAL, i) for i in order]
+    found, size, fits = in_order(c, rows, [r.load(REAL, i) for i in order], order)
+    with c.when(~fits, leaves=True):
+        c.give(DONE)
+    for k, i in enumerate(order):
+        x.store(found[k], k)
+        sizes.store(size[k], i)
+    c.give(MORE)
+
+
+def in_order(
+    c: Code, rows: list[list[Value]], right: list[Value], order: list[Value]
+) -> tuple[list[Value], list[Value], Value]:
+    """The solution with the pivots on the diagonal, the sizes of the rows, and whether these pivots
+    are those that would be chosen. `rows` and `right` are changed; `order` tells where the rows
+    stand."""
+    m = len(order)
     # A number that is none may be lost here, but comes into a pivot or the solution.
     size = [reduce(lambda p, q: c.select(p > q, p, q), map(c.absolute, row)) for row in rows]
     fits = [s + c.absolute(b) < 1e300 for s, b in zip(size, right, strict=True)]
@@ -166,9 +180,4 @@ def _in_order(
             total = total - rows[k][j] * known
         found[k] = total * inverse[k]
         fits.append(found[k].equals(found[k]))
-    with c.when(~reduce(and_, fits), leaves=True):
-        c.give(DONE)
-    for k in range(m):
-        x.store(found[k], k)
-        sizes.store(size[k], order[k])
-    c.give(MORE)
+    return [found[k] for k in range(m)], size, reduce(and_, fits)

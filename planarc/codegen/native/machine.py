@@ -48,7 +48,7 @@ class Events(Data):
 
 def compile_object(program: Program, events: Events | None = None) -> bytes:
     """The program's object code, with that of its events."""
-    own = _own(ir(program, fused=fuses()))
+    own = _own(ir(program, alone=("pc_linear_top", *("pc_waves",) * fuses())))
     return _joined(_runtime(), own, *(() if events is None else _events(events)))
 
 

@@ -6,6 +6,7 @@ The rule is `planarc.ir.newton`, the memory `planarc.ir.frame`; compare with
     pc_start(frame, t, record)         the tears' first values into w
     pc_step(frame, record) -> flag     better tears from residuals and Jacobian
     pc_linear(frame, record) -> flag   tears of a linear block, from its residuals at zero
+    pc_linear_top(frame, record) -> flag   the same, for most of those of the top
     pc_open(frame, record) -> flag     the same where a modal block is singular
 
 Elimination is `gauss`.
@@ -14,9 +15,10 @@ Elimination is `gauss`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Final
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.codegen.native.gauss import DONE, MORE, UNSOLVED
+from planarc.codegen.native.gauss import DONE, MORE, SMALL, UNSOLVED, in_order
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Number, Record
 from planarc.ir.newton import (
     AGREES,
@@ -67,7 +69,7 @@ class Block:
         self.origin = self.before.at(self.n)
         self.matrix = area.at(record.load(INT, Record.SHARED))
 
-    def x(self, tear: Value) -> Value:
+    def x(self, tear: Value | int) -> Value:
         """The slot of the value of a tear."""
         return self.w.at(self.slots.load(INT, tear))
 
@@ -188,6 +190,29 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
     with c.loop(b.m) as k:
         b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
     c.give(DONE)
+
+
+#: Unknowns of blocks that `pc_linear_top` solves: fewer have code of their own (`pair`).
+TOP: Final = range(3, SMALL + 1)
+
+
+@function("i32 pc_linear_top(ptr frame, ptr record)")
+def linear_top_function(c: Code, frame: Value, record: Value) -> None:
+    """As `pc_linear`, to the same bits, for a block of the top with `TOP` unknowns: in the order of
+    the last time, and in registers from its matrix to its unknowns."""
+    b = Block(frame, record)
+    for n in TOP:
+        with c.when(b.n.equals(n), leaves=True):
+            order = [b.order.load(INT, k) for k in range(n)]
+            starts = [b.jacobian.at(i * n) for i in order]
+            rows = [[row.load(REAL, j) for j in range(n)] for row in starts]
+            found, _, fits = in_order(c, rows, [b.residuals.load(REAL, i) for i in order], order)
+            with c.when(~fits, leaves=True):
+                c.give(c.call(FLAG, "pc_linear", frame, record))
+            for k, value in enumerate(found):
+                b.x(k).store(0.0 - value)
+            c.give(DONE)
+    c.give(c.call(FLAG, "pc_linear", frame, record))
 
 
 def _eliminate(

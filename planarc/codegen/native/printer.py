@@ -17,7 +17,7 @@ Promises:  no address is in the text: the object code made of it can be kept on 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cache, partial
 from itertools import compress, pairwise
 from typing import TYPE_CHECKING
@@ -56,16 +56,18 @@ declare void @pc_operate(ptr, ptr, ptr)
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
+#: Functions that not every runtime has.
+_ALONE = {"pc_linear_top": "declare i32 @pc_linear_top(ptr, ptr)\n", "pc_waves": WAVES}
 
 
 def ir(
     program: Program, small: bool = False, shared: Rows | None = None,
-    carrier: Carrier | None = None, fused: bool = False,
+    carrier: Carrier | None = None, alone: Collection[str] = (),
 ) -> str:  # fmt: skip
     """The model's module as LLVM text; `small`: rather than quick; `shared`: where its loops put
     their rows, which have constants of their own without; `carrier`: of statements that are rows,
     too, which are code without, and where they run often also in small models; its functions are
-    not here. `fused`: for a processor that rounds a*b + c once."""
+    not here. `alone`: functions that this process's runtime has besides, and may be called."""
     placement = place(program)
     shapes = Shapes()
     reads = cache(partial(reads_of, program, shapes))
@@ -76,7 +78,7 @@ def ir(
     heavy = 0 if carrier is None else weight(program)
     seldom = partial(section, seldom=True, carrier=carrier)
     often, less = (
-        partial(section, fused=fused, carrier=carrier if heavy >= least else None)
+        partial(section, alone=alone, carrier=carrier if heavy >= least else None)
         for least in (LARGE, MEDIUM)
     )
     if carrier is not None:
@@ -94,7 +96,7 @@ def ir(
         ),
         section("pc_discrete", seldom=True).text(program.discrete),
     )
-    head = declarations() + (WAVES if fused else "") + _RUNTIME
+    head = declarations() + _RUNTIME + "".join(map(_ALONE.__getitem__, alone))
     return "\n".join((head, _records(placement), *functions))
 
 

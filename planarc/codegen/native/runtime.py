@@ -20,7 +20,7 @@ from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.look import look_functions
 from planarc.codegen.native.march import march_function
 from planarc.codegen.native.motions import motions_function
-from planarc.codegen.native.newton import newton_functions, open_frame
+from planarc.codegen.native.newton import linear_top_function, newton_functions, open_frame
 from planarc.codegen.native.pair import pair_functions
 from planarc.codegen.native.reaching import give_where_far
 from planarc.codegen.native.root import root_function
@@ -46,7 +46,7 @@ def runtime_text(solver: str | None = None) -> str:
     functions = (
         *newton_functions(),
         direct_function(),
-        *(solve_functions() if solver is None else (solver,)),
+        *((*solve_functions(), linear_top_function()) if solver is None else (solver,)),
         *pair_functions(),
         *look_functions(),
         *difference_functions(),

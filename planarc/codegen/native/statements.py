@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from itertools import chain, groupby
@@ -43,11 +43,11 @@ class Statements(ABC):
         self, program: Program, placement: Placement, shapes: Shapes,
         reads: Callable[[], Counter[Expr]], slot: Callable[[Expr], int | None], name: str,
         results: bool = False, seldom: bool = False, small: bool = False,
-        shared: Rows | None = None, carrier: Carrier | None = None, fused: bool = False,
+        shared: Rows | None = None, carrier: Carrier | None = None, alone: Collection[str] = (),
     ) -> None:  # fmt: skip
         self._carrier = carrier
         self._tables: list[str] = []
-        self._seldom, self._small, self._fused = seldom, small, fused
+        self._seldom, self._small, self._alone = seldom, small, alone
         self._program, self._shapes, self._reads = program, shapes, reads
         self._placement = placement
         arguments = [(POINTER, "frame"), (REAL, "t")]
@@ -196,7 +196,7 @@ class Statements(ABC):
         angle = e.args[0]
         x, known = self._leaf(angle), self._turned.get(angle)
         if known is None or known[0] != x.text:
-            both = turn(self._code, self._turns[angle], x, self._fused)
+            both = turn(self._code, self._turns[angle], x, "pc_waves" in self._alone)
             self._turned[angle] = known = x.text, both
         return known[1][e.data]
 
