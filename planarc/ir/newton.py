@@ -61,13 +61,15 @@ FITS: Final = 1e-11
 #: (radians, metres); the part of the residuals that a longer one may leave, since it was along a
 #: straight line; residuals that count as zero, per size of their row of slopes and of one that
 #: is smaller than the second; what a step must leave of them at least; and the step that leaves
-#: nothing to be gained.
+#: nothing to be gained; and the parts of a step that are tried, each half the one before (of
+#: residuals that are zero but for rounding the whole step alone).
 LONGEST: Final = 0.5
 STRAIGHT: Final = 1e-3
 SMALL: Final = 1e-10
 SMALLEST_ROW: Final = 1e-3
 LESS: Final = 1 - 1e-4
 ENOUGH: Final = 1e-9
+MOST_HALVINGS: Final = 25
 #: Factor by which what tells of a rank must be away from where it changes, to be trusted without
 #: singular values.
 CLEAR: Final = 1e2

@@ -23,7 +23,7 @@ from planarc.codegen.native.motions import motions_function
 from planarc.codegen.native.newton import linear_top_function, newton_functions, open_frame
 from planarc.codegen.native.pair import pair_functions
 from planarc.codegen.native.reaching import give_where_far
-from planarc.codegen.native.root import root_function
+from planarc.codegen.native.root import root_function, seek_function
 from planarc.codegen.native.sparse import direct_function
 from planarc.codegen.native.sweeps import sweep_function
 from planarc.ir.frame import Frame, Mode, Number, Record
@@ -46,7 +46,7 @@ def runtime_text(solver: str | None = None) -> str:
     functions = (
         *newton_functions(),
         direct_function(),
-        *((*solve_functions(), linear_top_function()) if solver is None else (solver,)),
+        *((*solve_functions(), *_alone()) if solver is None else (solver,)),
         *pair_functions(),
         *look_functions(),
         *difference_functions(),
@@ -68,6 +68,11 @@ def runtime_text(solver: str | None = None) -> str:
         sweep_function(),
     )
     return _DECLARED + "\n".join(functions)
+
+
+def _alone() -> tuple[str, ...]:
+    """What this process alone has use for."""
+    return linear_top_function(), seek_function()
 
 
 @function("void pc_states(ptr frame, double t, ptr y)")

@@ -49,8 +49,10 @@ SMALL_LOOP, MANY, FEW = 12, 16, 4
 #: Tries after which the search ends where all miss by as much, and their relative difference: parts
 #: that do not reach each other miss so from everywhere.
 ENOUGH, SAME = 5, 1e-3
-#: The pull of a guess, against the conditions.
-PULL = 0.1
+#: Difference of two points, in m or rad, that are one root.
+ALIKE = 1e-9
+#: The pull of a guess, against the conditions; and Newton's iterations for it, a guess only.
+PULL, PULLED = 0.1, 12
 TURN = 6.283185307179586
 #: A body is turned over that is turned by more than this, in rad.
 OVER = TURN / 4
@@ -93,9 +95,13 @@ def nearest_root(
             return first
     found = [first] if first.converged else []
     misses = [] if found else [_miss(first)]
+    seen: list[Vector] = []
     for guess in level.guesses(u):
         root = level.solve(guess)
+        if root.converged and any(bool((abs(p - root.point) <= ALIKE).all()) for p in seen):
+            continue
         if root.converged:
+            seen.append(root.point)
             found.append(level.without_turns(root))
         else:
             misses.append(_miss(root))
@@ -215,7 +221,7 @@ class _Level:
         """The guess at which conditions and written values are met as well as can be."""
         strong = {g.slot: g.start for g in self._strong}
         part = Part(self.system, u, self.rows, self.free, strong, PULL)
-        return part.point(newton.solve(part, u[self.free]).point)
+        return part.point(newton.solve(part, u[self.free], PULLED).point)
 
     def without_turns(self, root: newton.Root) -> newton.Root:
         """Angles may differ by whole turns from their start values: they are turned back."""

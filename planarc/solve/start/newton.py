@@ -27,6 +27,7 @@ from planarc.ir.newton import (
     ENOUGH,
     LESS,
     LONGEST,
+    MOST_HALVINGS,
     SMALL,
     SMALLEST_ROW,
     STRAIGHT,
@@ -44,9 +45,6 @@ if TYPE_CHECKING:
 
 #: Singular values below this part of the largest count as zero.
 RANK = 1e-9
-#: Parts of a step that are tried, each half the one before; of residuals that are zero but
-#: for rounding only the whole step is.
-MOST_HALVINGS = 25
 
 
 class Root(Data):

@@ -27,7 +27,7 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
         "pc_roots": (*_FRAME_AND_TIME, _POINTER, _POINTER),
         "pc_evaluate": (_POINTER, ctypes.c_int64, _POINTER),
         "pc_differences": (_POINTER, _POINTER, _POINTER),
-        "pc_root": (*[_POINTER] * 5, ctypes.c_int64),
+        "pc_seek": (*[_POINTER] * 5, ctypes.c_int64),
         "pc_motions": (*[_POINTER] * 4, _REAL),
         "pc_begin": (_POINTER,) * 5,
     }

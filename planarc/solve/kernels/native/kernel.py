@@ -147,7 +147,7 @@ class NativeKernel(Derived):
         self._call_evaluate: Callable[[int], int] = lambda mode: evaluate(frame, mode, initial)
         self._call_differences, self._call_root, self._call_motions, self._call_begin = (
             partial(f[name], frame)
-            for name in ("pc_differences", "pc_root", "pc_motions", "pc_begin")
+            for name in ("pc_differences", "pc_seek", "pc_motions", "pc_begin")
         )
 
     @property
