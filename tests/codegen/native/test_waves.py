@@ -5,15 +5,20 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import llvmlite.binding as llvm
 import mpmath
 import numpy as np
 import pytest
 
+import planarc
+from planarc.codegen.native import machine
 from planarc.codegen.native.assembly import Code, Value, function
 from planarc.codegen.native.waves import EXACT, FARTHEST, call_waves, waves_text
+from planarc.solve.kernels.native.kernel import NativeKernel
 
+FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 Both = Callable[[float], list[float]]
 
 #: Units in the last place that a result may be off.
@@ -33,8 +38,8 @@ def _waves(c: Code, out: Value, x: Value) -> None:
 def both() -> Both:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(HEAD + _waves()), machine)
+    target = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(HEAD + _waves()), target)
     engine.finalize_object()
     shape = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double)
     call, out = shape(engine.get_function_address("waves")), np.zeros(2)
@@ -83,3 +88,20 @@ def test_what_has_no_digits_behind_its_point_has_none(both: Both, x: float) -> N
 
 def test_zero(both: Both) -> None:
     assert both(0.0) == both(-0.0) == [0.0, 1.0]
+
+
+def test_a_four_bar_runs_alike_on_processors_that_call_the_library(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    program = planarc.load(FOUR_BAR).program
+    found = []
+    for fuses in (machine.fuses(), False):
+        monkeypatch.setattr(machine, "fuses", lambda fuses=fuses: fuses)
+        machine._runtime.cache_clear()
+        monkeypatch.setattr(machine, "_kept", lambda what, make: make())
+        kernel = NativeKernel(program, machine.compile_object(program))
+        kernel.parameters()
+        assert kernel.outputs(0.0, [1.0, 4.0]) == 0
+        found.append(kernel.w.tolist())
+    machine._runtime.cache_clear()
+    assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-12)
