@@ -47,7 +47,7 @@ RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
 REPEATS = 5
 #: Runs of which the least counts, where one takes a few milliseconds.
-MANY, TURNS = 200, 10
+MANY, TURNS = 1000, 50
 #: Of the four-bar by hand, where the bars were set.
 BY_HAND = 0.82e-3
 

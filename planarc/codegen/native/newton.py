@@ -99,7 +99,8 @@ def start(c: Code, b: Block, i: Value, h: Value, half: Value) -> None:
     velocity = value.load(REAL, b.total)
     acceleration = value.load(REAL, b.total * 2)
     accepted, bend = value.load(REAL), half * acceleration
-    most = c.largest(c.absolute(accepted), c.constant(1.0, REAL)) * BENT
+    size = c.absolute(accepted)
+    most = c.select(size > 1.0, size, 1.0) * BENT
     x = accepted + h * velocity + c.select(c.absolute(bend) > most, 0.0, bend)
     b.x(i).store(x)
     b.origin.store(x, i)

@@ -4,10 +4,10 @@
     pc_pair(frame, record) -> flag             as `pc_step`
     pc_linear_pair(frame, record) -> flag      as `pc_linear`
 
-The rule is that of `newton` with its loops written out. A step of Newton's method comes from
-determinants: one division, where an elimination waits for one after the other. The step behind it
-mends what rounding they add. A linear block is not mended: it is eliminated, to the same bits as
-by `pc_linear`. Whatever is rare, as a matrix that is singular, is left to the general functions,
+The rule is that of `newton` with its loops written out. Two unknowns come from determinants: one
+division, where an elimination waits for one after the other. Of a step of Newton's method the step
+behind it mends what rounding they add. A linear block is not mended, so its rows must be clearly
+apart. Whatever is rare, as a matrix that is nearly singular, is left to the general functions,
 before anything is stored.
 
 Reference: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 1.10.1: for
@@ -16,14 +16,19 @@ Reference: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, s
 
 from __future__ import annotations
 
+from typing import Final
+
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.codegen.native.gauss import DONE, MORE
 from planarc.codegen.native.newton import Block, fail, start
 from planarc.ir.frame import COUNT, FACTOR, NORM, TINY, Number
-from planarc.ir.newton import FAR, QUADRATIC, SINGULAR, STEPS_BELOW, STEPS_TOP
+from planarc.ir.newton import FAR, QUADRATIC, SINGULAR, STEPS_BELOW
 
 #: Above it nothing is counted as a number.
-_HUGE = 1e300
+_HUGE: Final = 1e300
+#: Size of a determinant, beside the sizes of its rows, where a step behind mends the solution, and
+#: where none does: there no more than three digits may be lost in what an equation leaves.
+_MENDED, _UNMENDED = 2 * SINGULAR, 1e-3
 
 
 def pair_functions() -> tuple[str, ...]:
@@ -55,38 +60,17 @@ class _Pair:
         self.rows = [[row.load(REAL, i) for i in self.places] for row in rows]
         self.sizes = [_larger(c, *map(c.absolute, row)) for row in self.rows]
 
-    def eliminate(self, c: Code, right: list[Value]) -> tuple[list[Value], Value]:
-        """The solution for a right side, with the bits of `gauss`, and whether there is one."""
-        first, second = (
-            [*row, r, s] for row, r, s in zip(self.rows, right, self.sizes, strict=True)
-        )
-        exchanged = c.absolute(second[0]) * first[3] > c.absolute(first[0]) * second[3]
-        inverse = c.select(exchanged, 1.0 / second[0], 1.0 / first[0])  # neither waits for it
-        pairs = list(zip(first, second, strict=True))
-        a, b, p, s = (c.select(exchanged, two, one) for one, two in pairs)
-        d, e, q, t = (c.select(exchanged, one, two) for one, two in pairs)
-        factor = d * inverse
-        rest = e - factor * b
-        y = (q - factor * p) * (1.0 / rest)
-        finite = (s + c.absolute(p) < _HUGE) & (t + c.absolute(q) < _HUGE)
-        regular = (c.absolute(a) > s * SINGULAR) & (c.absolute(rest) > t * SINGULAR)
-        return [(p - b * y) * inverse, y], finite & regular
-
-    def solve(self, c: Code, right: list[Value]) -> tuple[list[Value], Value]:
-        """The solution by determinants, and whether there is one: as `gauss` judges it, by its
-        pivots."""
+    def solve(self, c: Code, right: list[Value], apart: float) -> tuple[list[Value], Value]:
+        """The solution for a right side, and whether there is one: where rows are as far `apart`,
+        and all numbers finite."""
         (a, b), (d, e) = self.rows
         (p, q), (s, t) = right, self.sizes
         determinant = a * e - b * d
         inverse = 1.0 / determinant
         found = [(p * e - q * b) * inverse, (q * a - p * d) * inverse]
-        finite = (s + c.absolute(p) < _HUGE) & (t + c.absolute(q) < _HUGE)
-        second = c.absolute(d) * s > c.absolute(a) * t  # row's is the pivot
-        pivot = c.select(second, c.absolute(d), c.absolute(a))
-        own, other = c.select(second, t, s), c.select(second, s, t)
         size = c.absolute(determinant)
-        regular = (pivot > own * SINGULAR) & (size > pivot * other * SINGULAR) & (size < _HUGE)
-        return found, finite & regular
+        together = (s + t) + (c.absolute(p) + c.absolute(q)) + sum(map(c.absolute, found), size)
+        return found, (size > s * t * apart) & (together < _HUGE)
 
 
 @function("i32 pc_pair(ptr frame, ptr record)")
@@ -97,35 +81,37 @@ def _step(c: Code, frame: Value, record: Value) -> None:
     pair = _Pair(c, b)
     places, sizes = pair.places, pair.sizes
     residuals = [b.residuals.load(REAL, i) for i in (0, 1)]
-    change, regular = pair.solve(c, residuals)
+    change, usual = pair.solve(c, residuals, _MENDED)
     count = b.state.load(REAL, COUNT)
     # Sizes are multiplied, not divided by: divisions wait for each other.
     norm, left = b.state.load(REAL, NORM), list(map(c.absolute, residuals))
     less = [r < norm * b.sizes.load(REAL, i) for i, r in enumerate(left)]
-    better = (count < 1.0) | (less[0] & less[1]) | (left[0].equals(0.0) & left[1].equals(0.0))
-    old = [b.x(i).load(REAL) for i in places]
+    better = (count < 1.0) | (less[0] & less[1])
+    slots = [b.x(i) for i in places]
+    old = [x.load(REAL) for x in slots]
     new = [x - d for x, d in zip(old, change, strict=True)]
     ways, ends = list(map(c.absolute, change)), list(map(c.absolute, new))
-    usual = regular & better & (ways[0] < _HUGE) & (ways[1] < _HUGE)
-    usual = usual & (count + 1.0 < c.select(b.below, float(STEPS_BELOW), float(STEPS_TOP)))
+    usual = usual & better & (count < float(STEPS_BELOW - 1))
     limits = [_larger(c, x, c.constant(1.0, REAL)) * QUADRATIC for x in ends]
     small = (ways[0] < limits[0]) & (ways[1] < limits[1])
-    for d, x in zip(ways, ends, strict=True):  # else it takes more to know whether it is the last
-        usual = usual & (~small | (d <= x * QUADRATIC))
+    beside = (ways[0] <= ends[0] * QUADRATIC) & (ways[1] <= ends[1] * QUADRATIC)
+    usual = usual & (~small | beside)  # else it takes more to know whether it is the last
     with c.when(~usual, leaves=True):
         c.give(c.call(FLAG, "pc_step", frame, record))
+    for slot, x in zip(slots, new, strict=True):
+        slot.store(x)
+    with c.when(small, leaves=True):
+        b.state.store(count + 1.0, COUNT)
+        with c.when(b.below & _is_far(c, b, places, new), leaves=True):
+            fail(c, b)
+        c.give(DONE)
     for k, i in enumerate(places):
         b.change.store(change[k], k)
         b.sizes.store(sizes[k], k)
         b.before.store(old[k], i)
-        b.x(i).store(new[k])
     b.state.store(count + 1.0, COUNT)
     b.state.store(1.0, FACTOR)
-    b.state.store(c.select(small, 1.0, 0.0), TINY)
-    with c.when(small, leaves=True):
-        with c.when(b.below & _is_far(c, b, places, new), leaves=True):
-            fail(c, b)
-        c.give(DONE)
+    b.state.store(0.0, TINY)
     b.state.store(_larger(c, *(r / s for r, s in zip(left, sizes, strict=True))), NORM)
     c.give(MORE)
 
@@ -145,8 +131,7 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
         x = c.select(solved, 0.0, b.x(j).load(REAL))
         for total, row in zip(right, (b.jacobian, b.jacobian.at(b.n)), strict=True):
             total.set(total.get() + row.load(REAL, j) * x)
-    found, usual = pair.eliminate(c, [total.get() for total in right])
-    usual = usual & found[0].equals(found[0]) & found[1].equals(found[1])
+    found, usual = pair.solve(c, [total.get() for total in right], _UNMENDED)
     with c.when(given | ~usual, leaves=True):
         c.give(c.call(FLAG, "pc_linear", frame, record))
     for k, i in enumerate(pair.places):
@@ -159,6 +144,6 @@ def _is_far(c: Code, b: Block, places: list[Value], x: list[Value]) -> Value:
     far = []
     for i, value in zip(places, x, strict=True):
         origin = b.origin.load(REAL, i)
-        limit = c.largest(c.absolute(origin), c.constant(1.0, REAL)) * FAR
+        limit = _larger(c, c.absolute(origin), c.constant(1.0, REAL)) * FAR
         far.append(c.absolute(value - origin) > limit)
     return far[0] | far[1]
