@@ -6,17 +6,17 @@
 all variables stored, 501 rows, result file included, the page only where said. Results are
 never cached, and each timed run has another start value. "cam follower" is the library's example
 of that name, run as it stands (4 s, 201 rows). Times are CPU seconds (user and
-system) of the whole process with its children, the median of some runs; of `model.simulate`
-the least of many, with OMP_NUM_THREADS=1. Processes keep the bytecode of planarc's modules, as an
-installed planarc does: PYTHONDONTWRITEBYTECODE, with which each would compile them anew, is not
-handed on.
+system) of the whole process with its children, the median of some runs, with OMP_NUM_THREADS=1.
+Processes keep the bytecode of planarc's modules, as an installed planarc does:
+PYTHONDONTWRITEBYTECODE, with which each would compile them anew, is not handed on.
 
 The pace is how long the four-bar written by hand takes, before and after each row, in parts of what
 it took where the bars were set: machines differ, and what else runs there slows them down. A row
 holds its bar where the ratio is at most the pace. A core is slower while others work: for what runs
-on several of them the pace is that of one with a busy neighbour. Of `model.simulate`, which takes
-twice as long as the equation by hand, both are measured in turn, the least of as many runs: a core
-changes its speed from one second to the next.
+on several of them the pace is that of one with a busy neighbour. A core changes its speed from one
+millisecond to the next, and `model.simulate` takes twice as long as the equation by hand. So each
+run of it stands between two of those, and of 1,000 such groups the hundred count that took least:
+their medians are the row's.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 RUN = ("--stop", "10", "--intervals", "500", "--tolerance", "1e-6")
 CAM = "PlanarMultiBody.Examples.CurveCurveJoint.CamFollower"
 REPEATS = 5
-#: Runs of which the least counts, where one takes a few milliseconds.
-MANY, TURNS = 1000, 50
+#: Runs by hand of which the least tells the pace; groups of runs, and those of them that count.
+BY_HAND_RUNS, GROUPS, COUNTED = 20, 1000, 100
 #: Of the four-bar by hand, where the bars were set.
 BY_HAND = 0.82e-3
 
@@ -318,19 +318,33 @@ def first_exported(*examples: str) -> float:
 
 
 def from_python() -> Paced:
-    """CPU milliseconds of one more `model.simulate` from Python, start included: the least of many,
-    and the pace of the four-bar by hand meanwhile."""
+    """CPU milliseconds of one more `model.simulate` from Python, start included, and the pace of
+    the four-bar by hand right before and behind it."""
+    from hand_written import simulate as by_hand
+
     import planarc as package
 
     model = package.load(MODEL)
-    times, paces = [], []
-    for _ in range(TURNS):
-        paces.append(pace())
-        for _ in range(MANY // TURNS):
-            begin = process_time()
-            model.simulate(10.0, intervals=500, tolerance=1e-6, start={"revA.phi": next(_starts)})
-            times.append(process_time() - begin)
-    return Paced(1e3 * min(times), min(paces))
+
+    def from_start(phi: float) -> None:
+        model.simulate(10.0, intervals=500, tolerance=1e-6, start={"revA.phi": phi})
+
+    before, groups = seconds_of(by_hand), list[tuple[float, float]]()
+    for _ in range(GROUPS):
+        own, behind = seconds_of(from_start), seconds_of(by_hand)
+        groups.append((own, (before + behind) / 2))
+        before = behind
+    quickest = sorted(groups, key=lambda group: group[0] + 2 * group[1])[:COUNTED]
+    own, hand = map(statistics.median, zip(*quickest, strict=True))
+    return Paced(1e3 * own, hand / BY_HAND)
+
+
+def seconds_of(run: Callable[[float], object]) -> float:
+    """CPU seconds of a run from another start angle."""
+    phi = next(_starts)
+    begin = process_time()
+    run(phi)
+    return process_time() - begin
 
 
 def study() -> float:
@@ -398,7 +412,7 @@ def pace(several: bool = False) -> float:
     from hand_written import seconds as by_hand
 
     with neighbour() if several else nullcontext():
-        return by_hand(_starts, MANY // TURNS) / BY_HAND
+        return by_hand(_starts, BY_HAND_RUNS) / BY_HAND
 
 
 @contextmanager
