@@ -58,7 +58,8 @@ class Number(IntEnum):
     OPEN = 3  # index of a modal block that left unknowns open, or -1
     SHIFTED = 4  # how many zero functions may be moved
     CONTENT = 5  # 1 where blocks of the top may keep values at which their slopes are singular
-    FIRST_STATE = 6
+    NEAR = 6  # 1 where a loop came near to a pose in which it can go on in several ways
+    FIRST_STATE = 7
 
 
 class Mode(IntEnum):

@@ -235,6 +235,10 @@ class Kernel(Protocol):
         """The index in Program.equations after a negative return, or -1."""
 
     @property
+    def near_singular(self) -> bool:
+        """Whether a loop may have come near to a pose in which it can go on in several ways."""
+
+    @property
     def open_block(self) -> int:
         """The last modal block whose equations left unknowns open in the last call, or -1."""
 

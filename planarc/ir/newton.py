@@ -50,6 +50,9 @@ FAR: Final = 0.5
 BENT: Final = 10.0
 #: Size of a pivot, relative to the largest entry of its row, that makes a matrix singular.
 SINGULAR: Final = 1e-14
+#: Size of a row of a loop's matrix beside another one, or of a determinant beside its rows, where
+#: the loop is near to a pose in which it can go on in several ways: digits are lost there.
+NEARLY: Final = 3e-3
 #: Size of one that leaves its unknown open, where a modal block is singular.
 DEPENDENT: Final = 1e-12
 #: Rest of an equation, relative to its row times the largest unknown, below which the equations

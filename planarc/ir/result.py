@@ -75,6 +75,8 @@ class Result(Data, dict=True):
     warnings: tuple[Diagnostic, ...] = ()
     #: why the run ended before its stop time (None: it did not), as an error or a note
     ended: Diagnostic | None = None
+    #: a loop came near to a pose in which it can go on in several ways
+    near_singular: bool = False
 
     @cached_property
     def columns(self) -> Mapping[str, Column]:

@@ -352,4 +352,5 @@ class Run(Begun):
             events=tuple(self.records),
             warnings=tuple(self.warnings),
             ended=self.ended,
+            near_singular=self.kernel.near_singular,
         )

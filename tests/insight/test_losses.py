@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import planarc
+from planarc.insight.losses import judge_losses
 
 SWINGING = """model Swinging
   import M = Modelica.Mechanics.Translational.Components;
@@ -39,3 +42,59 @@ def test_nothing_is_told_where_little_is_lost() -> None:
 @pytest.mark.parametrize("damping", [1.0, 100.0])
 def test_what_the_model_takes_is_not_lost(damping: float) -> None:
     assert told(damping) == []
+
+
+LOOPS = "PlanarMultiBody.Examples.Loops"
+FLAT = f"{LOOPS}.NFourBar"
+
+
+def energy(result: planarc.Result, n: int) -> np.ndarray:
+    """Of n + 1 cranks and n couplers, which only shift; in joule."""
+    w, height = result["rev[1].w"], np.sin(result["rev[1].phi"])
+    found: np.ndarray = ((n + 1) / 3 + n) / 2 * w**2 + 9.81 * (1.5 * n + 0.5) * height
+    return found
+
+
+@pytest.mark.parametrize("n", [1, 2])
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_runs_over_dead_points_keep_their_energy_or_tell(n: int, backend: str) -> None:
+    windows = f"model Windows = {FLAT}(N={n});"
+    model = planarc.load(windows, backend=backend)
+    for tolerance in np.logspace(-5, -10.3, 150 if backend == "native" else 5).tolist():
+        try:
+            result = model.simulate(tolerance=tolerance)
+        except planarc.RunStopped:
+            continue
+        total = energy(result, n)
+        change = float(np.abs(total - total[0]).max())
+        usual = 1e5 * tolerance * 19.62 * (1.5 * n + 0.5)
+        assert change < usual or any(w.code == "R429" for w in result.warnings), tolerance
+
+
+def judged(factor: float, near: bool = True) -> planarc.Diagnostic | None:
+    """The warning where speeds are `factor` times as large from 3 s on."""
+    rows = planarc.load(FLAT).simulate(tolerance=1e-9).rows
+    data = rows.data.copy()
+    speeds = [c.slot for c in rows.program.columns if c.unit == "rad/s" and c.slot in rows.stored]
+    data[rows.time >= 3.0, [[rows.stored[slot]] for slot in set(speeds)]] *= factor
+    return judge_losses(replace(rows, data=data, near_singular=near), 1e-9)
+
+
+def test_energy_that_changes_at_a_dead_point_is_told_with_its_time() -> None:
+    found = judged(1.001)
+    assert found is not None
+    assert found.message.startswith("from about t = 3 s on the run has 0.")
+    assert "a loop came near to a pose in which it can go on in several ways" in found.message
+    assert "try another `--tolerance`, for example 5e-10" in str(found.hint)
+
+
+def test_energy_is_looked_at_where_loops_came_near_to_dead_points_alone() -> None:
+    assert judged(1.0) is None
+    assert judged(1.001, near=False) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "near"), [(FLAT, True), *((f"{LOOPS}.{n}", False) for n in ("FourBar", "TwoLoops"))]
+)
+def test_loops_that_come_near_to_dead_points_are_known(name: str, near: bool) -> None:
+    assert planarc.load(name).simulate(tolerance=1e-9).rows.near_singular == near

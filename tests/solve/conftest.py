@@ -94,6 +94,7 @@ class Interpreter:
         self.program = program
         self.w: MutableSequence[float] = [0.0] * program.size
         self.failed_block = self.failed_equation = self.open_block = -1
+        self.near_singular = False
         self.capabilities = Capabilities()
         self.history = History(0)
         self._v: dict[str, float] = {}

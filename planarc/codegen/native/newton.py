@@ -26,6 +26,7 @@ from planarc.ir.newton import (
     DEPENDENT,
     FAR,
     HALVINGS,
+    NEARLY,
     NOTHING,
     QUADRATIC,
     STEPS_BELOW,
@@ -188,9 +189,22 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
         return c.select(b.below, b.solved.load(INT, k), k)
 
     _eliminate(c, b, position, frame, record)
+    with c.when(b.below):
+        _note_dead_point(c, b)
     with c.loop(b.m) as k:
         b.x(position(k)).store(c.constant(0.0, REAL) - b.change.load(REAL, k))
     c.give(DONE)
+
+
+def _note_dead_point(c: Code, b: Block) -> None:
+    """Tell of rows that are small beside others: their equations hardly say how a loop goes on."""
+    least, most = c.variable(1e300), c.variable(0.0)
+    with c.loop(b.m) as i:
+        size = b.sizes.load(REAL, i)
+        least.set(c.select(size < least.get(), size, least.get()))
+        most.set(c.select(size > most.get(), size, most.get()))
+    with c.when(least.get() < most.get() * NEARLY):
+        b.numbers.store(c.constant(1, INT), Number.NEAR)
 
 
 #: Unknowns of blocks that `pc_linear_top` solves: fewer have code of their own (`pair`).

@@ -22,13 +22,13 @@ from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, functi
 from planarc.codegen.native.gauss import DONE, MORE
 from planarc.codegen.native.newton import Block, fail, start
 from planarc.ir.frame import COUNT, FACTOR, NORM, TINY, Number
-from planarc.ir.newton import FAR, QUADRATIC, SINGULAR, STEPS_BELOW
+from planarc.ir.newton import FAR, NEARLY, QUADRATIC, SINGULAR, STEPS_BELOW
 
 #: Above it nothing is counted as a number.
 _HUGE: Final = 1e300
 #: Size of a determinant, beside the sizes of its rows, where a step behind mends the solution, and
-#: where none does: there no more than three digits may be lost in what an equation leaves.
-_MENDED, _UNMENDED = 2 * SINGULAR, 1e-3
+#: where none does: there no more than some three digits may be lost in what an equation leaves.
+_MENDED, _UNMENDED = 2 * SINGULAR, NEARLY
 
 
 def pair_functions() -> tuple[str, ...]:
@@ -132,7 +132,11 @@ def _linear(c: Code, frame: Value, record: Value) -> None:
         for total, row in zip(right, (b.jacobian, b.jacobian.at(b.n)), strict=True):
             total.set(total.get() + row.load(REAL, j) * x)
     found, usual = pair.solve(c, [total.get() for total in right], _UNMENDED)
+    s, t = pair.sizes
+    usual = usual & (s > t * NEARLY) & (t > s * NEARLY)
     with c.when(given | ~usual, leaves=True):
+        with c.when(b.below & ~given):
+            b.numbers.store(c.constant(1, INT), Number.NEAR)
         c.give(c.call(FLAG, "pc_linear", frame, record))
     for k, i in enumerate(pair.places):
         b.x(i).store(0.0 - found[k])

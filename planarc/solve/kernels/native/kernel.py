@@ -155,6 +155,10 @@ class NativeKernel(Derived):
         return int(self._numbers[Number.FAILED])
 
     @property
+    def near_singular(self) -> bool:
+        return bool(self._numbers[Number.NEAR])
+
+    @property
     def open_block(self) -> int:
         return int(self._numbers[Number.OPEN])
 

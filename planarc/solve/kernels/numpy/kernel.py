@@ -10,6 +10,7 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
+from planarc.ir.frame import angles_of_loops
 from planarc.ir.kernel import Capabilities, Lead, taker
 from planarc.ir.program import Program
 from planarc.runtime.history import History
@@ -80,6 +81,10 @@ class NumpyKernel(Derived):
     @property
     def capabilities(self) -> Capabilities:
         return Capabilities(formulas=self, lead=self._lead)
+
+    @property
+    def near_singular(self) -> bool:  # nobody measures it
+        return bool(angles_of_loops(self._program))
 
     @property
     def open_block(self) -> int:
