@@ -48,9 +48,10 @@ def judge_losses(result: Result, tolerance: float) -> Diagnostic | None:
     energies = find_energies(result, result.program.mechanism)
     if energies is None:
         return None
-    if result.near_singular and (found := _at_dead_point(result, energies, tolerance)) is not None:
-        return found
-    return _by_steps(result, energies, tolerance) if by_steps else None
+    found = _by_steps(result, energies, tolerance) if by_steps else None
+    if found is None and result.near_singular:
+        return _at_dead_point(result, energies, tolerance)
+    return found
 
 
 def _by_steps(result: Result, energies: Energies, tolerance: float) -> Diagnostic | None:

@@ -96,5 +96,15 @@ def test_energy_is_looked_at_where_loops_came_near_to_dead_points_alone() -> Non
 @pytest.mark.parametrize(
     ("name", "near"), [(FLAT, True), *((f"{LOOPS}.{n}", False) for n in ("FourBar", "TwoLoops"))]
 )
-def test_loops_that_come_near_to_dead_points_are_known(name: str, near: bool) -> None:
-    assert planarc.load(name).simulate(tolerance=1e-9).rows.near_singular == near
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_loops_that_come_near_to_dead_points_are_known(name: str, near: bool, backend: str) -> None:
+    model = planarc.load(name, backend=backend)
+    assert model.simulate(tolerance=1e-9).rows.near_singular == near
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_a_pair_of_unknowns_is_known_to_be_near_to_one(backend: str) -> None:
+    model = planarc.load(f"model Window = {FLAT}(N=1);", backend=backend)
+    for angle, near in ((0.5, False), (1e-3, True)):
+        result = model.simulate(1e-6, start={"rev[1].phi": angle})
+        assert result.rows.near_singular == near

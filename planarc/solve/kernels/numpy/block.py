@@ -15,6 +15,7 @@ from planarc.ir.newton import (
     FAR,
     FITS,
     HALVINGS,
+    NEARLY,
     NOTHING,
     QUADRATIC,
     STEPS_BELOW,
@@ -54,6 +55,7 @@ class Block:
         self.evaluating = False  # candidates are given: only residuals are wanted
         self.matrix_asked = False  # even where it is not needed
         self.open = False  # the equations left unknowns open when it was solved last
+        self.near = False  # a loop came near to a pose in which it can go on in several ways
         self.lapack = True  # to solve three unknowns and more
         self.lenient = False  # where it cannot be solved its unknowns are zero
         self.content = False  # values that leave nothing are enough where slopes are singular
@@ -170,6 +172,8 @@ class Block:
             self.residuals = residuals
             return x
         part = [[row[j] for j in solved] for row in matrix]
+        if sizes := [max(map(abs, row)) for row in part]:
+            self.near = self.near or min(sizes) < NEARLY * max(sizes)
         change = self._checked(solve_linear(part, residuals, self.lapack), residuals, part)
         for i, d in zip(solved, change, strict=True):
             x[i] = -d

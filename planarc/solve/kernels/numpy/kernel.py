@@ -10,7 +10,6 @@ from operator import itemgetter
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
-from planarc.ir.frame import angles_of_loops
 from planarc.ir.kernel import Capabilities, Lead, taker
 from planarc.ir.program import Program
 from planarc.runtime.history import History
@@ -83,8 +82,8 @@ class NumpyKernel(Derived):
         return Capabilities(formulas=self, lead=self._lead)
 
     @property
-    def near_singular(self) -> bool:  # nobody measures it
-        return bool(angles_of_loops(self._program))
+    def near_singular(self) -> bool:
+        return any(block.near for block in self._blocks)
 
     @property
     def open_block(self) -> int:

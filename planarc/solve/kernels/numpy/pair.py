@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planarc.ir.newton import QUADRATIC
+from planarc.ir.newton import NEARLY, QUADRATIC
 from planarc.solve.kernels.numpy.block import Block
 from planarc.solve.kernels.numpy.support import Rows, solve_pair
 
@@ -34,7 +34,11 @@ class PairBlock(Block):
             value = x[k]
             p += first[k] * value
             q += second[k] * value
-        found = solve_pair(first[i], first[j], second[i], second[j], p, q)
+        a, b, c, d = first[i], first[j], second[i], second[j]
+        s, t = max(abs(a), abs(b)), max(abs(c), abs(d))
+        apart = abs(a * d - b * c) > NEARLY * s * t and s > NEARLY * t and t > NEARLY * s
+        self.near = self.near or not apart
+        found = solve_pair(a, b, c, d, p, q)
         if found is None:
             return super().solve(residuals, matrix)
         x[i], x[j] = -found[0], -found[1]
