@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
 #: The least and the largest value that a discrete variable may have elsewhere.
 _MODES = {Kind.BOOLEAN: (0, 1), Kind.INTEGER: (-1, 2)}
-_STEPS = 15  # of Newton's method
-_CLOSED = 1e-9  # a step that closes a loop well enough
+_STEPS = 8  # of Newton's method: positions that need more have no way to be closed
+_CLOSED = 1e-4  # a step that closes a loop well enough: positions are a tenth apart
 _INDEPENDENT = 1e-6  # least size of what a condition adds to those before it, beside the largest
 
 
@@ -122,7 +122,8 @@ class Samples:
             x[:, j] = self._starts.get(tear, np.ones(len(SPREAD))) + moved
         with np.errstate(all="ignore"):
             below = any(tear in self._starts for tear in block.tears)
-            for _ in range(_STEPS if below and block.residuals else 0):
+            steps = 1 if block.linear else _STEPS
+            for _ in range(steps if below and block.residuals else 0):
                 self._put(block, x)
                 step = _least(*self._linearised(block, formulas))
                 x -= np.clip(step, -0.5, 0.5)
