@@ -23,8 +23,9 @@ from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, SELDOM, Code, Value, table
 from planarc.codegen.native.carried import Carrier
+from planarc.codegen.native.flags import SMALL
 from planarc.codegen.native.formulas import bit, formula
-from planarc.codegen.native.gauss import SMALL, solve_functions
+from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir, weight
 from planarc.core.data import Data

@@ -25,7 +25,6 @@ from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.insight.connectors import find_frames, find_pins, grouped, owner, top, triangles
-from planarc.insight.facts import count_text
 from planarc.insight.idle import carries_nothing, find_elements, idle_parts, spare_ground
 from planarc.insight.sensors import find_sensors
 from planarc.insight.topology import find_moving
@@ -237,6 +236,8 @@ def locked(dae: Dae, mechanism: Mechanism) -> Locked | None:
     A note where the model asks for no motion, as that of a truss."""
     if mechanism.mobility != 0 or not mechanism.joints:
         return None
+    from planarc.insight.facts import count_text
+
     welds = _welds(dae, mechanism)
     hint = "a structure is meant, or a joint is missing"
     couplings = [top(j.name) for j in mechanism.joints if j.conditions == 1]

@@ -28,7 +28,6 @@ from planarc.core.prose import both, counted, listed
 from planarc.core.unit import LOADS
 from planarc.insight.attachment import ROLLING
 from planarc.insight.connectors import find_pins, grouped, top
-from planarc.insight.misfit import find_loop
 from planarc.insight.sensors import zeros
 from planarc.insight.topology import find_moving
 from planarc.ir.dae import Dae
@@ -149,9 +148,9 @@ def find_rigid_loop(dae: Dae, mechanism: Mechanism) -> Locked | None:
     for joint in mechanism.joints:
         if joint.conditions != _PAIR or joint.name in pins:
             continue
-        loop = find_loop(mechanism, joint)
+        loop = mechanism.shortest_loop(joint, paired=True)
         part = own_part(dae, joint.name)
-        if loop is None or part is None:
+        if not loop or part is None:
             continue
         links = {i for other in loop for i in other.links}
         free = sum(mechanism.links[i].free for i in links) - _PLANE
@@ -177,7 +176,7 @@ _PLANE = 3  # motions of a body in the plane
 
 def _in_one_loop(mechanism: Mechanism, names: tuple[str, str]) -> bool:
     first, second = (next(j for j in mechanism.joints if j.name == n) for n in names)
-    return second in (find_loop(mechanism, first) or ())
+    return second in mechanism.shortest_loop(first, paired=True)
 
 
 def _doubled(dae: Dae, part: str, end: str, free: str, joints: tuple[str, str]) -> Locked:

@@ -39,7 +39,7 @@ from planarc.insight.open_ends import left_open
 from planarc.insight.sensors import are_passed, find_ends, hidden_connectors
 from planarc.ir.dae import Dae
 from planarc.ir.flat import Connect, Part
-from planarc.ir.mechanism import GROUND, Joint, Mechanism
+from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.places import is_own, own_names, own_part
 
 _SHOWN = 4
@@ -103,7 +103,9 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | N
     all loops together, the place of the last joint, and what to do about two pins of one part,
     else nothing; None where these are not to blame."""
     loops = [
-        found for joint in mechanism.joints if (found := find_loop(mechanism, joint)) is not None
+        found
+        for joint in mechanism.joints
+        if (found := mechanism.shortest_loop(joint, paired=True))
     ]
     every = {joint for loop in loops for joint in loop}
     together = tuple(joint for joint in mechanism.joints if joint in every)
@@ -143,8 +145,8 @@ def overdriven(
     the last one, and what to do."""
     giving = dae.drives
     drives = [name for name in own_names(dae, holders) if name in giving]
-    moved = [find_loop(mechanism, j) for j in mechanism.joints if j.name in holders]
-    joints = own_names(dae, (j.name for loop in moved for j in loop or ()))
+    moved = [mechanism.shortest_loop(j, paired=True) for j in mechanism.joints if j.name in holders]
+    joints = own_names(dae, (j.name for loop in moved for j in loop))
     if len(drives) == 1:
         return _against_ground(dae, mechanism, holders, drives[0])
     if len(drives) < 2 or not joints:
@@ -162,9 +164,9 @@ def _against_ground(
     for contact in mechanism.joints:
         if contact.conditions != 1 or contact.name not in holders or GROUND not in contact.links:
             continue
-        loop = find_loop(mechanism, contact)
+        loop = mechanism.shortest_loop(contact, paired=True)
         frame = next((f for f in contact.frames if f in mechanism.links[GROUND].frames), None)
-        if loop is None or len(loop) != _SHORTEST or frame is None:
+        if len(loop) != _SHORTEST or frame is None:
             continue
         own = (c for c in dae.connects if is_own(dae, c.span) and frame in (c.left, c.right))
         span = next((c.span for c in own), place(dae, contact.name.partition(".")[0]))
@@ -256,33 +258,6 @@ def held_beside(
     shown, last = listed(f"`{name}`" for name in names), parts.get(names[-1])
     message = f"{shown} {'holds' if len(names) == 1 else 'hold'} what `{own.name}` holds already"
     return message, last.span if last else place, f"leave {shown} out"
-
-
-def find_loop(mechanism: Mechanism, closing: Joint) -> tuple[Joint, ...] | None:
-    """The joints of the shortest loop through one of them; None where it is in no loop."""
-    if len(closing.links) != 2:
-        return None
-    start, goal = closing.links
-    beside: list[list[Joint]] = [[] for _ in mechanism.links]
-    for joint in mechanism.joints:
-        if joint is not closing and len(joint.links) == 2:
-            for link in joint.links:
-                beside[link].append(joint)
-    back: dict[int, Joint] = {start: closing}  # the joint by which a link was reached
-    queue = [start]
-    for link in queue:
-        for joint in beside[link]:
-            other = sum(joint.links) - link
-            if other not in back:
-                back[other] = joint
-                queue.append(other)
-    if goal not in back:
-        return None
-    found = []
-    while goal != start:
-        found.append(back[goal])
-        goal = sum(back[goal].links) - goal
-    return closing, *reversed(found)
 
 
 def _together(dae: Dae) -> tuple[str, ...]:

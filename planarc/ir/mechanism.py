@@ -5,15 +5,19 @@ Given by `insight`, kept with the program, shown by `cli` and `view`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.ir.once import once
 
 #: The number of the link that does not move.
 GROUND = 0
+#: Names of joints' coordinates, and of their derivatives.
+POSITIONS, SPEEDS = ("phi", "s"), ("w", "v")
 
 
 class Link(Data):
@@ -94,6 +98,29 @@ class Mechanism(Data):
         }
         return [joint.name for joint in self.joints if not own.isdisjoint(joint.links)]
 
+    def shortest_loop(
+        self, joint: Joint, most: float = math.inf, paired: bool = False
+    ) -> tuple[Joint, ...]:
+        """A joint and the fewest others, in all so many at most, that lead from one of its links
+        to the other; none where it is in no such loop. `paired`: by joints of two links alone,
+        and not by gears, say, whose third link carries them."""
+        if len(joint.links) != 2:
+            return ()
+        on_link = _on_links(self)
+        first, last = joint.links
+        ways: dict[int, tuple[Joint, ...]] = {first: (joint,)}
+        front = [first]
+        for at in front:
+            if last in ways or len(ways[at]) >= most:
+                break
+            for other in on_link[at]:
+                if other is not joint and (len(other.links) == 2 or not paired):
+                    for link in other.links:
+                        if link not in ways:
+                            ways[link] = (*ways[at], other)
+                            front.append(link)
+        return ways.get(last, ())
+
     @property
     def loops(self) -> int:
         """Independent loops: the cycles of the graph of links and joints (Euler)."""
@@ -102,6 +129,16 @@ class Mechanism(Data):
         joined = DisjointSets(range(len(self.links)))
         merged = sum(joined.join(j.links[0], other) for j in self.joints for other in j.links[1:])
         return self.pairs - merged
+
+
+@once
+def _on_links(mechanism: Mechanism) -> dict[int, list[Joint]]:
+    """The joints of each link."""
+    found: dict[int, list[Joint]] = {}
+    for joint in mechanism.joints:
+        for link in dict.fromkeys(joint.links):
+            found.setdefault(link, []).append(joint)
+    return found
 
 
 class Mobility(Data):

@@ -34,7 +34,6 @@ from planarc.ir.calculus import partial
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flatwalk import expressions_of_function, inside, names_in, nodes_of, set_by
 from planarc.lower import scalar
-from planarc.lower.foreign import call_external
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
 from planarc.lower.values import FunctionValue, RecordValue, Value, expr
@@ -72,6 +71,8 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         name = function.external
         return (each(lambda *a: scope.table.call(name, *a), *arguments),)
     if function.external is not None:
+        from planarc.lower.foreign import call_external
+
         return call_external(_started(_deeper(scope), call), function, span)
     if function.derivative_of is not None:
         return _derivative(scope, call)

@@ -22,7 +22,6 @@ from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.places import is_own, own_part, owner
-from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
@@ -56,6 +55,8 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     starts = _starts(model, (*classified.variables, *classified.discretes))
     into = Lowered()
     lower_equations(model, (*classified.bindings, *source.equations), into)
+    if source.algorithms or source.initial_algorithms:
+        from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
     for algorithm in source.algorithms:
         lower_algorithm(model, algorithm, starts, into)
     continuous, discrete = into.parted(model)

@@ -13,7 +13,6 @@ from planarc.ir.dae import INITIAL
 from planarc.ir.result import EventRecord, Held
 from planarc.solve.bench import Bench
 from planarc.solve.events.delays import not_settled
-from planarc.solve.start import sharing
 from planarc.solve.start.alike import judge_alike
 from planarc.solve.start.coincident import judge_coincident
 from planarc.solve.start.inertia import judge_inertia
@@ -90,7 +89,9 @@ class Begun(Bench):
         if self.recorder.count == 0 and self.ended is not None:
             raise PlanarcError(self.ended)
         if self.program.sharing is not None and self.ended is None:
-            self.warnings.append(sharing.judge_sharing(self.program, self.kernel, t, y))
+            from planarc.solve.start.sharing import judge_sharing
+
+            self.warnings.append(judge_sharing(self.program, self.kernel, t, y))
 
     def _open(self, t: float) -> None:
         self.events.begin(t)

@@ -27,7 +27,6 @@ from planarc.solve.events.delays import jumped
 from planarc.solve.events.instants import room, same
 from planarc.solve.recorder import constants
 from planarc.solve.solvers.integrator import Cause, March, Outcome
-from planarc.solve.start import sharing
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -325,6 +324,8 @@ class Run(Begun):
             self._warn_of_poles(times, data)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:
+            from planarc.solve.start import sharing
+
             stored = self.recorder.stored
             self.ended = sharing.misfit(
                 self.program,

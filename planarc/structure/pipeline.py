@@ -25,7 +25,7 @@ from planarc.structure.initial import guess_tears, held_variables, initial_resid
 from planarc.structure.linear import Contents
 from planarc.structure.numbers import ParameterNumbers
 from planarc.structure.pantelides import Offsets, reduce_index
-from planarc.structure.report import check_regular
+from planarc.structure.regular import check_regular
 from planarc.structure.rewrite import expressions_of_rest, find_resets, rewrite_rest
 from planarc.structure.signs import Signs
 from planarc.structure.states import (

@@ -60,16 +60,15 @@ class StructurallySingular(PlanarcError):
     givers: tuple[Part, ...] = ()  # parts whose signals determine nothing, and what takes these
 
 
-def check_regular(dae: Dae, elimination: Elimination, rows: Rows) -> None:
-    """Raise StructurallySingular when equations and unknowns cannot be matched."""
-    _check_empty(dae, elimination, rows)
+def explain_unfit(dae: Dae, elimination: Elimination, rows: Rows) -> StructurallySingular:
+    """The error about equations and unknowns that cannot be matched."""
+    if (problem := _explain_empty(dae, elimination, rows)) is not None:
+        return problem
     matching = match_equations(rows, len(elimination.kept))
-    if matching.complete and -1 not in matching.equation:
-        return
     parts = find_singular_parts(rows, len(elimination.kept), matching)
     problem = StructurallySingular(_explain(dae, elimination, parts))
     problem.undetermined = tuple(elimination.kept[v] for v in parts.under_variables)
-    raise problem
+    return problem
 
 
 def _explain(dae: Dae, elimination: Elimination, parts: Parts) -> tuple[Diagnostic, ...]:
@@ -85,7 +84,8 @@ def _explain(dae: Dae, elimination: Elimination, parts: Parts) -> tuple[Diagnost
     return (*over, *under)
 
 
-def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
+def _explain_empty(dae: Dae, elimination: Elimination, rows: Rows) -> StructurallySingular | None:
+    """The error about equations without unknowns."""
     wrong: list[Diagnostic] = []
     held: dict[str, tuple[Part, Related]] = {}  # of a part of a library one equation tells all
     givers: list[Part] = []
@@ -111,10 +111,11 @@ def _check_empty(dae: Dae, elimination: Elimination, rows: Rows) -> None:
         if len(note) > _LONG:
             note = "this equation determines nothing: the others say it already, or contradict it"
         held.setdefault(reached[-1].name, (reached[-1], Related(note, _span(equation))))
-    if wrong or held:
-        problem = StructurallySingular([*wrong, *_held_already(dae, held)])
-        problem.givers = tuple(givers)
-        raise problem
+    if not (wrong or held):
+        return None
+    problem = StructurallySingular([*wrong, *_held_already(dae, held)])
+    problem.givers = tuple(givers)
+    return problem
 
 
 def _driven_from(dae: Dae, entry: Live) -> list[Part]:

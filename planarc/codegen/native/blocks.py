@@ -22,18 +22,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Value, table
-from planarc.codegen.native.columns import Groups, group_columns
+from planarc.codegen.native.flags import NOT_FINITE, TOP
 from planarc.codegen.native.formulas import real
-from planarc.codegen.native.gauss import NOT_FINITE
-from planarc.codegen.native.newton import TOP
-from planarc.codegen.native.operations import operation_row, room
-from planarc.codegen.native.sparse import operate, rows_by_slot
 from planarc.codegen.native.statements import Statements
 from planarc.codegen.native.turning import NUMBERS, angles, are_few
 from planarc.ir.expr import Expr
 from planarc.ir.program import BlockCode, Direct, Let, Solve, Statement, Tangent
+
+if TYPE_CHECKING:
+    from planarc.codegen.native.columns import Groups
 
 
 class Blocks(Statements):
@@ -65,6 +65,9 @@ class Blocks(Statements):
         return not self._small and len(code.residuals) == 2
 
     def _solve_direct(self, block: int, code: BlockCode, direct: Direct) -> None:
+        from planarc.codegen.native.operations import operation_row, room
+        from planarc.codegen.native.sparse import rows_by_slot
+
         loops, told = self._loops, (*rows_by_slot(direct, self._program.slots),)
         if self._carrier is not None and loops.has_free(room(direct)):
             operations = loops.row((*operation_row(direct, self._program.slots),))
@@ -79,6 +82,8 @@ class Blocks(Statements):
         self._write(let for let in code.body if let.target not in known)
 
     def _operate(self, code: BlockCode, direct: Direct) -> None:
+        from planarc.codegen.native.sparse import operate
+
         for tear, value in zip(code.tears, operate(direct, self._value, self._break), strict=True):
             slot = self._slot(tear)
             assert slot is not None
@@ -186,6 +191,8 @@ class Blocks(Statements):
     def _columns(self, block: int, code: BlockCode) -> None:
         """The Jacobian, some columns at a time. Entries that are always zero are so from the
         start."""
+        from planarc.codegen.native.columns import group_columns
+
         assert code.tangent is not None
         c, n, groups = self._code, len(code.tears), group_columns(code.tangent)
         matrix = self._area.at(self._placement.jacobian(block))

@@ -21,12 +21,8 @@ from functools import reduce
 from operator import and_
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
+from planarc.codegen.native.flags import DONE, MORE, NOT_FINITE, SMALL, UNSOLVED
 from planarc.ir.newton import SINGULAR
-
-#: Largest number of unknowns that are eliminated in registers.
-SMALL = 5
-#: Flags of a solution: it is there, steps are to follow, there is none.
-DONE, MORE, UNSOLVED, NOT_FINITE = 1, 0, -1, -2
 
 
 def solve_functions(smalls: Iterable[int] = range(1, SMALL + 1)) -> tuple[str, ...]:

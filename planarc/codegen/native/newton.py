@@ -15,10 +15,10 @@ Elimination is `gauss`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
-from planarc.codegen.native.gauss import DONE, MORE, SMALL, UNSOLVED, in_order
+from planarc.codegen.native.flags import DONE, MORE, TOP, UNSOLVED
+from planarc.codegen.native.gauss import in_order
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Frame, Number, Record
 from planarc.ir.newton import (
     AGREES,
@@ -205,10 +205,6 @@ def _note_dead_point(c: Code, b: Block) -> None:
         most.set(c.select(size > most.get(), size, most.get()))
     with c.when(least.get() < most.get() * NEARLY):
         b.numbers.store(c.constant(1, INT), Number.NEAR)
-
-
-#: Unknowns of blocks that `pc_linear_top` solves: fewer have code of their own (`pair`).
-TOP: Final = range(3, SMALL + 1)
 
 
 @function("i32 pc_linear_top(ptr frame, ptr record)")

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Final
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
-from planarc.codegen.native.gauss import DONE, MORE
+from planarc.codegen.native.flags import DONE, MORE
 from planarc.codegen.native.newton import Block, fail, start
 from planarc.ir.frame import COUNT, FACTOR, NORM, TINY, Number
 from planarc.ir.newton import FAR, NEARLY, QUADRATIC, SINGULAR, STEPS_BELOW

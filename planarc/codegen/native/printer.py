@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING
 from planarc.codegen.certain import all_lets
 from planarc.codegen.native.assembly import INT, POINTER, REAL, Value, table
 from planarc.codegen.native.blocks import Blocks
-from planarc.codegen.native.carried import DECLARED, Carrier
 from planarc.codegen.native.formulas import declarations, real
 from planarc.codegen.native.packed import Rows
 from planarc.codegen.native.reads import counted, reads_of
@@ -37,6 +36,7 @@ from planarc.ir.frame import Frame, Mode, Number, Placement, place
 from planarc.ir.program import Let, Program, Statement
 
 if TYPE_CHECKING:
+    from planarc.codegen.native.carried import Carrier
     from planarc.codegen.slopes import Slopes
     from planarc.ir.derivatives import Scope
 
@@ -114,7 +114,11 @@ def slopes_ir(
     section = _Function(program, place(program), shapes, reads, _slots(program),
                        f"pc_slopes_{scope.value}", True, True, small, shared,
                        carrier=carrier)  # fmt: skip
-    told = declarations() + _RUNTIME + ("" if carrier is None else DECLARED)
+    told = declarations() + _RUNTIME
+    if carrier is not None:
+        from planarc.codegen.native.carried import DECLARED
+
+        told += DECLARED
     return "\n".join((told, tape, section.coefficients(lets, taken, results)))
 
 

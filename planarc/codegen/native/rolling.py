@@ -29,7 +29,6 @@ from itertools import accumulate, groupby
 from typing import TypeAlias
 
 from planarc.codegen.certain import is_hidden
-from planarc.codegen.native.gathering import gather
 from planarc.codegen.native.shapes import LEAVES, Shapes
 from planarc.codegen.native.summing import Sums
 from planarc.core.data import Data
@@ -136,6 +135,8 @@ def _gathered(
     kept: Sequence[int],
 ) -> tuple[Sequence[Statement | Roll], float]:
     """The statements, and about the instructions that are left."""
+    from planarc.codegen.native.gathering import gather
+
     kinds, leaves = _kinds(lets, home, shapes)
     of_kind: dict[int, int] = {}
     for kind, let in zip(kinds, lets, strict=True):

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from functools import cache
 
 from planarc.codegen.native.assembly import BIT, FLAG, INT, REAL, Code, Negative, Value, function
-from planarc.codegen.native.gauss import DONE
+from planarc.codegen.native.flags import DONE
 from planarc.codegen.native.newton import Block
 from planarc.ir.expr import Expr, Op, text
 from planarc.ir.frame import Mode, Number

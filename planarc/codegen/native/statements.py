@@ -16,21 +16,23 @@ from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, 
 from contextlib import contextmanager
 from functools import partial
 from itertools import chain, groupby
+from typing import TYPE_CHECKING
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value
-from planarc.codegen.native.carried import LEAST, MOST, MOST_SELDOM, Carrier, step
 from planarc.codegen.native.formulas import formula, real
 from planarc.codegen.native.loops import Loops
 from planarc.codegen.native.packed import Rows
-from planarc.codegen.native.parting import Vector, vectors
 from planarc.codegen.native.rolling import Column, Roll, is_one, operations, roll, roll_gathered
 from planarc.codegen.native.shapes import Shapes, is_number
-from planarc.codegen.native.spelled import is_spelled
 from planarc.codegen.native.summing import Sums
 from planarc.codegen.native.turning import is_turn, turn
 from planarc.ir.expr import Expr, Op
 from planarc.ir.frame import Frame, Placement
 from planarc.ir.program import Let, Program, Solve, Statement
+
+if TYPE_CHECKING:
+    from planarc.codegen.native.carried import Carrier
+    from planarc.codegen.native.parting import Vector
 
 #: Lines of a basic block: LLVM's quickest way takes time with the square of its length.
 LONGEST_BLOCK = 200
@@ -116,6 +118,10 @@ class Statements(ABC):
         """It as operations on vectors; None where it cannot be part of a row of these."""
         if self._carrier is None or not isinstance(s, Let | Roll):
             return None
+        from planarc.codegen.native.carried import MOST, MOST_SELDOM
+        from planarc.codegen.native.parting import vectors
+        from planarc.codegen.native.spelled import is_spelled
+
         lets, columns = ((s,), ((s.target,),)) if isinstance(s, Let) else (s.body, s.targets)
         if not is_spelled(lets) or len(columns[0]) > (MOST_SELDOM if self._seldom else MOST):
             return None
@@ -125,6 +131,8 @@ class Statements(ABC):
 
     def _carry(self, parts: Sequence[Vector]) -> bool:
         """Write what calls for a row, where that takes less than its code; whether it does."""
+        from planarc.codegen.native.carried import LEAST, step
+
         carrier, loops = self._carrier, self._loops
         assert carrier is not None
         if sum(operations(let) for let, *_ in parts) < LEAST:

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Miscounted, Related, Undecided
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
-from planarc.flatten.checks.passed_over import Absent, passed_over
 from planarc.flatten.connect.connect import Connection, match_leaves
 from planarc.flatten.connect.inputs import is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
@@ -30,6 +30,9 @@ from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Instance, Leaf, Session
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import assigned_in, expressions_in, names_in
+
+if TYPE_CHECKING:
+    from planarc.flatten.checks.passed_over import Absent
 
 
 class Lack(Data):
@@ -154,7 +157,11 @@ def check_balance(
     suspect = None
     if len(kinds) == 1 and excess[off[0].prefix or ""] > 0:
         suspect = off[0].prefix or None
-    absent = tuple(passed_over(session.chosen)) if kind == "few" else ()
+    absent: tuple[Absent, ...] = ()
+    if kind == "few":
+        from planarc.flatten.checks.passed_over import passed_over
+
+        absent = tuple(passed_over(session.chosen))
     return Imbalance(problem, tuple(v.name for v in inputs), sentence, lack, suspect, absent)
 
 

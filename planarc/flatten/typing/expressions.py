@@ -20,7 +20,7 @@ from planarc.flatten.refusal import OutOfRange, for_each
 from planarc.flatten.terms.conform import type_text, unify
 from planarc.flatten.terms.constant import Value
 from planarc.flatten.tree.nodes import Env
-from planarc.flatten.typing import arrays, comprehension, matrices, operators, references
+from planarc.flatten.typing import arrays, comprehension, operators, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -121,8 +121,10 @@ def _array(node: syntax.Array, env: Env) -> flat.Expression:
 
 
 def _matrix(node: syntax.Matrix, env: Env) -> flat.Expression:
+    from planarc.flatten.typing.matrices import matrix
+
     rows = for_each(node.rows, lambda row: for_each(row, env.typed))
-    return matrices.matrix(rows, node.span)
+    return matrix(rows, node.span)
 
 
 def _tuple(node: syntax.Tuple, env: Env) -> flat.Expression:

@@ -20,7 +20,7 @@ from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.tree.demand import attributes_of, leaf_binding
 from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Leaf, Session
-from planarc.flatten.values import compute, interpret
+from planarc.flatten.values import compute
 from planarc.ir import flat
 from planarc.ir.flatwalk import is_false
 
@@ -196,8 +196,10 @@ class Evaluator(Struct):
         function = self.function(e.function)
         if function is None:
             raise NotConstant(f"`{e.function}` calls itself", e.span)
+        from planarc.flatten.values.interpret import run_function
+
         arguments = [self.value(a) for a in e.arguments]
-        results = interpret.run_function(function, arguments, self, e.span)
+        results = run_function(function, arguments, self, e.span)
         return results[e.output or 0]
 
     def _comprehension(self, e: flat.Comprehension) -> Value:

@@ -10,13 +10,13 @@ from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.prose import listed
-from planarc.ir.mechanism import GROUND
+from planarc.ir.mechanism import GROUND, SPEEDS
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
 from planarc.solve.contact.bodies import bodies, fixed_together
 from planarc.solve.contact.touches import Points, Touches
 from planarc.solve.messages import event
-from planarc.solve.messages.loops import SPEEDS, given_of, joints_of
+from planarc.solve.messages.loops import given_of, joints_of
 from planarc.solve.messages.sides import switch
 
 if TYPE_CHECKING:

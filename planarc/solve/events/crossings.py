@@ -11,12 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.program import Program
 from planarc.solve.events.instants import room
-from planarc.solve.events.rounding import Rounding
+
+if TYPE_CHECKING:
+    from planarc.solve.events.rounding import Rounding
 
 #: An integrated zero function below this part of its largest value has no sign.
 NOISE = 1e-14
@@ -63,6 +66,8 @@ class Crossings:
 
     @cached_property
     def _rounding(self) -> Rounding:
+        from planarc.solve.events.rounding import Rounding
+
         return Rounding(self.program, self.kernel)
 
     def truths(self) -> list[bool]:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Exhausted
 from planarc.ir.kernel import Kernel
+from planarc.ir.mechanism import SPEEDS
 from planarc.ir.places import owner, point_home
 from planarc.ir.program import EquationInfo, Program
 from planarc.solve import effort
@@ -18,7 +19,6 @@ from planarc.solve.messages.assertion import broken_assertion
 from planarc.solve.messages.hollows import too_big
 from planarc.solve.messages.jammed import jammed
 from planarc.solve.messages.loops import (
-    SPEEDS,
     given_in_loop,
     is_closed,
     joints_of,

@@ -9,7 +9,7 @@ from itertools import combinations
 
 from planarc.core.prose import both, listed
 from planarc.ir.kernel import Kernel
-from planarc.ir.mechanism import GROUND, Joint, Link, Mechanism
+from planarc.ir.mechanism import GROUND, POSITIONS, Joint, Link
 from planarc.ir.once import once
 from planarc.ir.places import own_names, owner
 from planarc.ir.program import Program
@@ -68,15 +68,12 @@ def loop_joints(program: Program, components: Collection[str]) -> list[Joint]:
     if mechanism is None:
         return []
     own = (joint for joint in mechanism.joints if joint.name in components)
-    return [other for joint in own for other in shortest_loop(mechanism, joint)]
+    return [other for joint in own for other in mechanism.shortest_loop(joint)]
 
 
 def joints_of(program: Program, components: Collection[str]) -> list[str]:
     """The joints of the links that have frames in some components."""
     return program.mechanism.joints_at(components) if program.mechanism else []
-
-
-POSITIONS, SPEEDS = ("phi", "s"), ("w", "v")
 
 
 def given_in_loop(
@@ -245,37 +242,6 @@ def bearings_of_loop(program: Program, kernel: Kernel, components: Collection[st
 def is_closed(program: Program, components: Collection[str]) -> bool:
     """Whether one of these components is a joint in a closed loop of the mechanism."""
     return bool(loop_joints(program, components))
-
-
-def shortest_loop(mechanism: Mechanism, joint: Joint, most: float = math.inf) -> list[Joint]:
-    """A joint and the fewest others, in all so many at most, that lead from one of its links back
-    to the other."""
-    if len(joint.links) != 2:
-        return []
-    on_link = _on_links(mechanism)
-    first, last = joint.links
-    ways: dict[int, list[Joint]] = {first: [joint]}
-    front = [first]
-    for at in front:
-        if last in ways or len(ways[at]) >= most:
-            break
-        for other in on_link[at]:
-            if other is not joint:
-                for link in other.links:
-                    if link not in ways:
-                        ways[link] = [*ways[at], other]
-                        front.append(link)
-    return ways.get(last, [])
-
-
-@once
-def _on_links(mechanism: Mechanism) -> dict[int, list[Joint]]:
-    """The joints of each link."""
-    found: dict[int, list[Joint]] = {}
-    for joint in mechanism.joints:
-        for link in dict.fromkeys(joint.links):
-            found.setdefault(link, []).append(joint)
-    return found
 
 
 def _bars(link: Link) -> Iterable[str]:

@@ -21,7 +21,6 @@ from planarc.ir.mechanism import GROUND, Joint, Mechanism
 from planarc.ir.once import once
 from planarc.ir.places import own_names, own_part
 from planarc.ir.program import Program
-from planarc.solve.messages.loops import shortest_loop
 
 #: A length below this one, in m, is rounding.
 _CLOSE = 1e-12
@@ -101,7 +100,7 @@ def _pairs(program: Program) -> tuple[tuple[_Pair, ...], Taker]:
     columns = {c.name: (c.slot, c.sign) for c in program.columns}
     found: dict[tuple[str, ...], _Pair] = {}
     for joint in mechanism.joints:
-        loop = shortest_loop(mechanism, joint, _FOUR)
+        loop = mechanism.shortest_loop(joint, _FOUR)
         if len(loop) != _FOUR or any(j.count > 1 for j in loop):
             continue
         links = tuple(dict.fromkeys(i for j in loop for i in j.links))

@@ -20,11 +20,11 @@ from math import isclose, pi, remainder
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.unit import turns
 from planarc.ir.kernel import Kernel
+from planarc.ir.mechanism import SPEEDS
 from planarc.ir.once import once
 from planarc.ir.places import declaration, owner
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.ir.result import Held
-from planarc.solve.messages.loops import SPEEDS, given_of
 from planarc.solve.start.longest import lengths_of_parts
 
 #: Turns that a guess hardly moves by.
@@ -91,6 +91,8 @@ def _not_kept(
             continue
         if isclose(guess.value, guess.start, rel_tol=_KEPT, abs_tol=_KEPT):
             continue
+        from planarc.solve.messages.loops import given_of
+
         joint = guess.name.rpartition(".")[0]
         giver = given_of(program, kernel, [joint], SPEEDS).rpartition("which ")[2]
         why = f"{giver} it" if giver else "it follows so from what else is held"

@@ -7,7 +7,6 @@ from typing import Generic, TypeVar
 
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
-from planarc.core.unknown import refuse_unknown
 from planarc.view.table.origin import Origin
 
 Place = TypeVar("Place")
@@ -50,4 +49,6 @@ class Table(Data):
 
     def refuse_unknown(self, names: Iterable[str]) -> None:
         """Raise UnknownName for the first name that is not there."""
+        from planarc.core.unknown import refuse_unknown
+
         refuse_unknown("variable", (n for n in names if n != "time"), self.columns)
