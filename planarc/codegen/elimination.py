@@ -211,7 +211,7 @@ class _Work(Struct):
     def _pass(self, waiting: dict[int, None], threshold: float, spared: int) -> bool:
         """Take pivots from the heap as long as there are any good enough."""
         before = len(waiting)
-        while self.heap:
+        while self.heap and waiting:
             cost, i, j = heappop(self.heap)
             if i not in waiting or j not in self.rows[i]:
                 continue
@@ -254,15 +254,15 @@ class _Work(Struct):
 
     def _is_large(self, i: int, j: int, threshold: float, spared: int) -> bool:
         """Whether the pivot is large beside its column, at all samples but so many."""
-        column = zip(*[self.numbers[k][j] for k in self.columns[j]], strict=True)
-        for number, others in zip(self.numbers[i][j], column, strict=True):
-            pivot = abs(number)
-            # Nothing is large beside what is not a number.
-            if not (pivot > SMALLEST and all(pivot >= threshold * abs(o) for o in others)):
-                if not spared:
-                    return False
-                spared -= 1
-        return True
+        pivots = [*map(abs, self.numbers[i][j])]
+        # Nothing is large beside what is not a number.
+        large = [p > SMALLEST for p in pivots]
+        for k in self.columns[j]:
+            if k != i:
+                for n, other in enumerate(self.numbers[k][j]):
+                    if not pivots[n] >= threshold * abs(other):
+                        large[n] = False
+        return large.count(False) <= spared
 
     def _eliminate(self, i: int, j: int) -> None:
         row = self.rows[i]
