@@ -165,12 +165,7 @@ def _opened(named: str | None) -> Opened:
     if named == "":
         return Opened()
     try:
-        if named is None:
-            from platformdirs import user_cache_dir
-
-            root = Path(user_cache_dir("planarc", appauthor=False))
-        else:
-            root = Path(named) / "planarc"
+        root = users_folder() if named is None else Path(named) / "planarc"
         root.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with suppress(FileExistsError):
             root.mkdir(mode=0o700)
@@ -181,6 +176,18 @@ def _opened(named: str | None) -> Opened:
         return Opened(root, _secret(root))
     except (OSError, ValueError, RuntimeError):
         return Opened()
+
+
+def users_folder() -> Path:
+    """The folder for planarc in that of the user's caches. Of Linux it is known (XDG Base Directory
+    Specification 0.8) without `platformdirs`, which takes a twentieth of a short command to be
+    imported."""
+    if sys.platform == "linux" and "ANDROID_DATA" not in os.environ:
+        asked = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        return (asked if asked.is_absolute() else Path.home() / ".cache") / "planarc"
+    from platformdirs import user_cache_dir
+
+    return Path(user_cache_dir("planarc", appauthor=False))
 
 
 def _reason_against(root: Path) -> str:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from platformdirs import user_cache_dir
 
 from planarc.core import cache
 
@@ -33,6 +34,17 @@ def folder(named: Path) -> Path:
 def open_again() -> None:
     """Look at the folder as another process would."""
     cache._opened.cache_clear()
+
+
+@pytest.mark.parametrize("asked", [None, "", "/var/mine", "/var/mine/", "caches", "~/caches"])
+def test_the_users_folder_is_that_of_other_programs(
+    asked: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if asked is None:
+        monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    else:
+        monkeypatch.setenv("XDG_CACHE_HOME", asked)
+    assert cache.users_folder() == Path(user_cache_dir("planarc", appauthor=False))
 
 
 def test_what_was_stored_comes_back(folder: Path) -> None:
