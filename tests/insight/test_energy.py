@@ -134,6 +134,22 @@ def test_rates_and_integrals_stop_at_jumps() -> None:
     np.testing.assert_allclose(integral(time, values)[-1], 0.5 + 3.5, rtol=1e-12)
 
 
+def test_rates_of_pieces_are_those_of_each_by_itself() -> None:
+    random = np.random.default_rng(7)
+    counts = [1, 2, 3, 4, 1, 1, 30, 2]
+    pieces = [np.cumsum(random.uniform(0.01, 1.0, n)) for n in counts]
+    ends = np.concatenate([[0.0], np.cumsum([p[-1] - p[0] for p in pieces])])
+    time = np.concatenate([p - p[0] + t for p, t in zip(pieces, ends[:-1], strict=True)])
+    values = random.normal(size=len(time))
+    alone = []
+    for piece in np.split(np.arange(len(time)), np.cumsum(counts)[:-1]):
+        order = min(len(piece) - 1, 2)
+        alone += (
+            np.gradient(values[piece], time[piece], edge_order=order).tolist() if order else [0.0]
+        )
+    np.testing.assert_allclose(rate(time, values), alone, rtol=1e-11, atol=1e-12)
+
+
 def test_integrals_have_order_four() -> None:
     errors = []
     for count in (41, 81):
