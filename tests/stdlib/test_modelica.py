@@ -3,13 +3,34 @@
 from __future__ import annotations
 
 import math
+import re
+import shutil
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 import planarc
+from planarc.catalog.survey import survey
+from planarc.core.resources import stdlib
+from planarc.request.request import Request
+
+#: Protected variables of the friction here, which that of the Modelica Standard Library lacks.
+OWN = ("way", "side", "starts", "barred", "v_slip", "a_slip", "v_jump", "f_slide", "f_hold")
+
+
+def test_planar_mechanisms_need_no_names_that_the_standard_library_lacks(tmp_path: Path) -> None:
+    """Users load that library, and then it stands in the place of the part that is here."""
+    shutil.copytree(stdlib() / "Modelica", tmp_path / "Modelica")
+    for file in (tmp_path / "Modelica" / "Mechanics").rglob("*.pmo"):
+        text = file.read_text(encoding="utf-8")
+        renamed = re.sub(rf"\b({'|'.join(OWN)})\b", r"\1_elsewhere", text)
+        file.write_text(renamed, encoding="utf-8")
+    found = survey(Request(class_name="PlanarMultiBody", libraries=(tmp_path,)))
+    assert found.total.good > 100
+    assert [cause.names for cause in found.causes()] == []
 
 
 def test_constants_have_their_values(run: Callable[..., Any]) -> None:
