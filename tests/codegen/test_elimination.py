@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
@@ -22,6 +21,7 @@ from planarc.ir.program import Direct, Program
 from planarc.ir.sorted import Block, SortedDae
 from planarc.ir.sparse import operations_of
 from planarc.solve.kernels import load
+from tests.codegen.native.engine import compiled
 from tests.ir.check.program import check
 
 PRINTERS: dict[str, Callable[[Program], str | bytes]] = {
@@ -172,11 +172,7 @@ def test_a_table_of_operations_gives_the_same_bits(build: Callable[[str], Any]) 
         product = math.prod(numbers[i] for i in factors)
         given = -0.0 if a is None else numbers[a]
         numbers.append(given - product if negative else given + product)
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(operate_function()), machine)
-    engine.finalize_object()
+    engine = compiled(operate_function())
     call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(engine.get_function_address("pc_operate"))
     row = np.array([*operation_row(direct, program.slots)], np.int64)
     memory = np.full(room(direct), np.nan)

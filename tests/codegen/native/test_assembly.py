@@ -9,16 +9,11 @@ from typing import Any
 import pytest
 
 from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
+from tests.codegen.native.engine import compiled
 
-llvm: Any = pytest.importorskip("llvmlite.binding")
 
-
-def compiled(text: str, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
-    engine.finalize_object()
+def called(text: str, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
+    engine = compiled(text)
     call = ctypes.CFUNCTYPE(result, *arguments)(engine.get_function_address(name))
     call.engine = engine  # type: ignore[attr-defined]
     return call
@@ -35,7 +30,7 @@ def test_rows_are_subtracted_whatever_their_length(count: int) -> None:
     """Four at a time, and the rest one by one."""
     pointer = ctypes.POINTER(ctypes.c_double)
     shape = (pointer, pointer, ctypes.c_double, ctypes.c_int64)
-    call = compiled(_subtract(), "pc_subtract", None, *shape)
+    call = called(_subtract(), "pc_subtract", None, *shape)
     a = (ctypes.c_double * 10)(*(10.0 + i for i in range(10)))
     b = (ctypes.c_double * 10)(*(1.0 + i for i in range(10)))
     call(a, b, 2.0, count)
@@ -56,7 +51,7 @@ def _steps(c: Code, most: Value) -> None:
 
 @pytest.mark.parametrize(("most", "wanted"), [(-1.0, 0), (0.0, 1), (50.0, 8), (1e9, 99)])
 def test_a_loop_is_left_where_a_condition_holds(most: float, wanted: int) -> None:
-    assert compiled(_steps(), "pc_steps", ctypes.c_int64, ctypes.c_double)(most) == wanted
+    assert called(_steps(), "pc_steps", ctypes.c_int64, ctypes.c_double)(most) == wanted
 
 
 @function("double pc_formula(double x, double y)")
@@ -69,5 +64,5 @@ def _formula(c: Code, x: Value, y: Value) -> None:
 @pytest.mark.parametrize(("x", "y"), [(3.0, 1.5), (1.5, 3.0), (2.0, 2.0)])
 def test_formulas_and_branches(x: float, y: float) -> None:
     wanted = x - y - x * y if x > y else 0.5 if x == y else (1 - x) / (y + 2)
-    call = compiled(_formula(), "pc_formula", *[ctypes.c_double] * 3)
+    call = called(_formula(), "pc_formula", *[ctypes.c_double] * 3)
     assert call(x, y) == wanted

@@ -7,24 +7,18 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 from planarc.codegen.native import gauss
+from tests.codegen.native.engine import compiled
 
 Solve = Callable[[np.ndarray, np.ndarray], tuple[int, np.ndarray, np.ndarray]]
 
 
 @cache
 def engine() -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    text = "declare double @llvm.fabs.f64(double)\n" + "".join(gauss.solve_functions())
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    made = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
-    made.finalize_object()
-    return made
+    return compiled(*gauss.solve_functions())
 
 
 @pytest.fixture

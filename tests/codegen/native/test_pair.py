@@ -7,12 +7,12 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 from planarc.codegen.native import gauss, newton, pair
 from planarc.ir.frame import ARRAYS, COUNT, FACTOR, NORM, TINY, Number, Record
+from tests.codegen.native.engine import compiled
 
 #: Where things stand in the memory of a block of two: behind its numbers, its residuals.
 JACOBIAN, CHANGE, ORDER, SHARED = ARRAYS + 2, ARRAYS + 6, ARRAYS + 10, ARRAYS + 20
@@ -22,14 +22,8 @@ Run = Callable[..., tuple[int, np.ndarray]]
 
 @cache
 def engine() -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
     functions = (*gauss.solve_functions(), *newton.newton_functions(), *pair.pair_functions())
-    text = "declare double @llvm.fabs.f64(double)\n" + "".join(functions)
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    made = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
-    made.finalize_object()
-    return made
+    return compiled(*functions)
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ctypes
 import math
 
-import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 from planarc.codegen.native import turning
 from planarc.codegen.native.assembly import Code, Value, function
-from tests.codegen.native.test_waves import HEAD
+from planarc.codegen.native.waves import waves_text
+from tests.codegen.native.engine import compiled
 
 
 @function("i32 turned(ptr memory, double x)")
@@ -23,14 +23,8 @@ def _turned(c: Code, memory: Value, x: Value, fused: bool) -> None:
 @pytest.mark.parametrize("fused", (False, True))
 @pytest.mark.parametrize("first", (0.0, 1.0, -2.5, 1e3))
 def test_sine_and_cosine_are_those_of_the_angle(first: float, fused: bool) -> None:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    names = ("sin", "cos")
-    text = "".join(f"declare double @{name}(double)\n" for name in names)
-    text += HEAD + _turned(fused)
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
-    engine.finalize_object()
+    declared = (f"declare double @{name}(double)\n" for name in ("sin", "cos"))
+    engine = compiled(*declared, waves_text(), _turned(fused))
     shape = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
     turned = shape(engine.get_function_address("turned"))
     memory, x = np.full(turning.NUMBERS, math.nan), first

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-import llvmlite.binding as llvm
 import mpmath
 import numpy as np
 import pytest
@@ -17,13 +16,13 @@ from planarc.codegen.native import machine
 from planarc.codegen.native.assembly import Code, Value, function
 from planarc.codegen.native.waves import EXACT, FARTHEST, call_waves, waves_text
 from planarc.solve.kernels.native.kernel import NativeKernel
+from tests.codegen.native.engine import compiled
 
 FOUR_BAR = Path(__file__).parents[3] / "examples" / "four_bar.pmo"
 Both = Callable[[float], list[float]]
 
 #: Units in the last place that a result may be off.
 _OFF = 0.8
-HEAD = "declare double @llvm.fabs.f64(double)\n" + waves_text()
 
 
 @function("void waves(ptr out, double x)")
@@ -36,11 +35,7 @@ def _waves(c: Code, out: Value, x: Value) -> None:
 
 @pytest.fixture(scope="module")
 def both() -> Both:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target = llvm.Target.from_default_triple().create_target_machine(opt=1, jit=True)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(HEAD + _waves()), target)
-    engine.finalize_object()
+    engine = compiled(waves_text(), _waves())
     shape = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double)
     call, out = shape(engine.get_function_address("waves")), np.zeros(2)
 
