@@ -40,15 +40,20 @@ PART = 100
 WRITTEN = 100
 
 
-def prepare(root: Expr, slot: Callable[[Expr], int]) -> Prepared:
+def prepare(
+    root: Expr,
+    slot: Callable[[Expr], int],
+    function: Callable[[Expr], Callable[..., Any]] | None = None,
+) -> Prepared:
     """A function that evaluates an expression. `slot` gives the place in the workspace of a symbol,
-    pre-value or event."""
+    pre-value or event, `function` that which a node calls, where numbers are not Python's."""
     names: dict[str, Any] = dict(_NAMES)
     name: dict[Expr, str] = {}
     lines = []
     for i, e in enumerate(postorder((root,))):
         name[e] = f"v{i}"
-        lines.append(f" v{i} = {_formula(e, [name[a] for a in e.args], names, slot)}")
+        formula = _formula(e, [name[a] for a in e.args], names, slot, function or _function)
+        lines.append(f" v{i} = {formula}")
     text = "\n".join(["def value(w, t):", *lines, f" return {name[root]}"])
     exec(compile(text, "<planarc event>", "exec"), names)
     value = names["value"]
@@ -108,7 +113,7 @@ def _assigning(
             if e.args not in handed:
                 handed[e.args] = line(f"({', '.join(listed)})")
             listed = [f"*{handed[e.args]}"]
-        return line(_formula(e, listed, names, place))
+        return line(_formula(e, listed, names, place, _function))
 
     for i, (target, root) in enumerate(assignments):
         v = fold(root, name, of)
@@ -123,7 +128,13 @@ def _assigning(
     return part
 
 
-def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr], int]) -> str:
+def _formula(
+    e: Expr,
+    a: list[str],
+    names: dict[str, Any],
+    slot: Callable[[Expr], int],
+    function: Callable[[Expr], Callable[..., Any]],
+) -> str:
     listed = ", ".join(a)
     match e.op:
         case Op.CONST:
@@ -138,10 +149,10 @@ def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr]
         case Op.NEG:
             return f"-{a[0]}"
         case Op.CALL:
-            names[f"f_{e.data}"] = _safe(elementary.TABLE[e.data].value)
+            names[f"f_{e.data}"] = _safe(function(e))
             return f"f_{e.data}({listed})"
         case Op.APPLY:
-            names[f"f{e.id}"] = _safe(_applied(e))
+            names[f"f{e.id}"] = _safe(function(e))
             return f"f{e.id}({listed})"
         case Op.LESS | Op.LESS_EQUAL | Op.EQUAL:
             compared = f"{a[0]} {_COMPARED[e.op]} {a[1]}"
@@ -154,7 +165,9 @@ def _formula(e: Expr, a: list[str], names: dict[str, Any], slot: Callable[[Expr]
             return f"w({slot(e)})"
 
 
-def _applied(e: Expr) -> Callable[..., Any]:
+def _function(e: Expr) -> Callable[..., Any]:
+    if e.op is Op.CALL:
+        return elementary.TABLE[e.data].value
     function, output, _ = e.data
     return lambda *args: external.number(function, output, args)
 

@@ -24,19 +24,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from sys import float_info
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from planarc.evaluate.value import apply_function, evaluate
+from planarc.core.data import Data
+from planarc.evaluate.value import VALUES, apply_function, evaluate
 from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import Kernel
+from planarc.ir.once import once
 from planarc.ir.program import BlockCode, Program, Solve, Statement
 from planarc.runtime import elementary
+
+if TYPE_CHECKING:
+    from planarc.evaluate.tape import Prepared
 
 EPSILON = float_info.epsilon
 #: What is read of a formula that Python cannot evaluate errs by so much of itself.
 UNKNOWN = 1e-14
 #: Errors of derivatives reach states, these derivatives of others, and so on: so many times.
 PASSES = 3
+#: Formulas that are asked for so often are prepared: that costs as much as asking so many times.
+OFTEN = 20
 
 
 class Rough:
@@ -72,10 +79,10 @@ class Rough:
         return _moved(lambda a, b: a / b, (other, self))
 
     def __pow__(self, other: Any) -> Rough:
-        return _moved(lambda a, b: a**b, (self, other))
+        return _moved(VALUES[Op.POW], (self, other))
 
     def __rpow__(self, other: Any) -> Rough:
-        return _moved(lambda a, b: a**b, (other, self))
+        return _moved(VALUES[Op.POW], (other, self))
 
     def __lt__(self, other: Any) -> bool:
         return self.value < _rough(other).value
@@ -122,10 +129,28 @@ def _distance(
         return 0.0
 
 
+class Formulas(Data):
+    """Formulas of a program, in all its runs: those that are prepared, and how often others were
+    asked for. Temporaries have places below zero."""
+
+    prepared: dict[Expr, Prepared]
+    times: dict[Expr, int]
+    places: dict[Expr, int]
+
+
+@once
+def _formulas(program: Program) -> Formulas:
+    return Formulas({}, {}, {})
+
+
 def _called(e: Expr, arguments: Sequence[Any]) -> Rough:
     """A function of an expression, of rough numbers; one of steps is flat between them."""
     steps = e.op is Op.CALL and elementary.TABLE[e.data].slopes is None
     return _moved(lambda *values: apply_function(e, values), arguments, steps)
+
+
+def _rough_function(e: Expr) -> Callable[..., Rough]:
+    return lambda *arguments: _called(e, arguments)
 
 
 class Rounding:
@@ -133,9 +158,10 @@ class Rounding:
 
     def __init__(self, program: Program, kernel: Kernel) -> None:
         self._program, self._kernel = program, kernel
+        self._formulas = _formulas(program)
         self._slots: dict[Expr, int | None] = {}
         self._errors: dict[int, float] = {}
-        self._temporaries: dict[Expr, Rough] = {}
+        self._temporaries: dict[int, Rough] = {}  # by their places
 
     def bounds(self, elapsed: float) -> list[float]:
         """The errors of the zero functions at the workspace's point, `elapsed` since the start."""
@@ -164,12 +190,12 @@ class Rounding:
                 continue
             slot = self._slot(s.target)
             try:
-                found = _rough(evaluate(s.value, self._leaf, _called))
+                found = _rough(self._value(s.value))
             except (ArithmeticError, ValueError, LookupError):
                 value = float(self._kernel.w[slot]) if slot is not None else 1.0
                 found = Rough(value, UNKNOWN * abs(value))
             if slot is None:
-                self._temporaries[s.target] = found
+                self._temporaries[self._place(s.target)] = found
             else:
                 self._errors[slot] = found.error
 
@@ -203,21 +229,43 @@ class Rounding:
                 for row, r in zip(entries, code.residuals, strict=True)
             ]
         self._run(code.body)
-        return [_rough(evaluate(r, self._leaf, _called)) for r in code.residuals]
+        return [_rough(self._value(r)) for r in code.residuals]
+
+    def _value(self, root: Expr) -> Any:
+        """The value of an expression; ArithmeticError, ValueError or LookupError without one."""
+        if not root.args:
+            return self._leaf(root)
+        known = self._formulas
+        prepared = known.prepared.get(root)
+        if prepared is None:
+            times = known.times[root] = known.times.get(root, 0) + 1
+            if times < OFTEN:
+                return evaluate(root, self._leaf, _called)
+            from planarc.evaluate.tape import prepare
+
+            prepared = known.prepared[root] = prepare(root, self._place, _rough_function)
+        return prepared(self, self[0])  # type: ignore[arg-type]
 
     def _slot(self, e: Expr) -> int | None:
         if e not in self._slots:
             self._slots[e] = self._program.slots.get(repr(e))
         return self._slots[e]
 
+    def _place(self, e: Expr) -> int:
+        """The slot of a leaf; below zero that of a temporary."""
+        slot = self._slot(e)
+        places = self._formulas.places
+        return places.setdefault(e, -1 - len(places)) if slot is None else slot
+
     def _leaf(self, e: Expr) -> Rough:
         """A leaf's value; LookupError where it has none of its own."""
-        if e in self._temporaries:
-            return self._temporaries[e]
         if e.op is Op.CONST:
             return _rough(e.data)
-        w, slot = self._kernel.w, 0 if e.op is Op.TIME else self._slot(e)
-        if slot is None:
-            raise LookupError(repr(e))
-        value = float(w[slot])
-        return Rough(value, self._errors.get(slot, 0.0) if slot else EPSILON * abs(value))
+        return self[0 if e.op is Op.TIME else self._place(e)]
+
+    def __getitem__(self, place: int) -> Rough:
+        """The value at a place; LookupError where there is none."""
+        if place < 0:
+            return self._temporaries[place]
+        value = float(self._kernel.w[place])
+        return Rough(value, self._errors.get(place, 0.0) if place else EPSILON * abs(value))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 import planarc
-from planarc.solve.events.rounding import Rough
+from planarc.solve.events import rounding
+from planarc.solve.events.rounding import OFTEN, Rough, Rounding
 
 #: Four shafts in a row, with three clutches that close one after the other. Behind an open
 #: clutch nothing moves: what its relations compare is zero, and solved for with the rest.
@@ -63,3 +64,33 @@ def test_rough_numbers_compare_with_plain_ones_on_either_side(ways: tuple[float,
     a, b = ways
     for left, right in ((Rough(a), b), (a, Rough(b)), (Rough(a), Rough(b))):
         assert (left < right, left <= right) == (a < b, a <= b)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "native"])
+def test_formulas_that_are_asked_for_often_give_the_same_bounds(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if backend == "native":
+        pytest.importorskip("llvmlite")
+    found: dict[bool, list[list[float]]] = {True: [], False: []}
+    bounds = Rounding.bounds
+
+    def noted(self: Rounding, elapsed: float) -> list[float]:
+        for each in range(OFTEN):
+            first = each < 2
+            monkeypatch.setattr(rounding, "OFTEN", 10**9 if first else 1)
+            found[first].append(bounds(self, elapsed))
+            monkeypatch.setattr(rounding, "OFTEN", OFTEN)
+        return found[False][-1]
+
+    monkeypatch.setattr(Rounding, "bounds", noted)
+    planarc.load(SHAFTS, backend=backend).simulate(1.5, tolerance=1e-8)
+    plain, prepared = found[True][::2], found[False][:: OFTEN - 2]
+    assert len(plain) == len(prepared) > 5
+    assert prepared == plain
+    assert any(max(each) > 0 for each in plain)
+
+
+def test_roots_of_what_may_be_negative_have_no_value() -> None:
+    with pytest.raises(ValueError, match="negative"):
+        Rough(-1.0) ** Rough(0.5)
