@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SPREAD = (0.0, 0.1, 0.3, 0.7, 1.0, 1.5, 3.0)
 #: The least and the largest value that a discrete variable may have elsewhere.
 _MODES = {Kind.BOOLEAN: (0, 1), Kind.INTEGER: (-1, 2)}
-_STEPS = 8  # of Newton's method: positions that need more have no way to be closed
+_STEPS = 8  # of Newton's method: what they do not close, twice as many seldom do
 _CLOSED = 1e-4  # a step that closes a loop well enough: positions are a tenth apart
 _INDEPENDENT = 1e-6  # least size of what a condition adds to those before it, beside the largest
 

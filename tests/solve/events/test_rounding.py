@@ -73,7 +73,7 @@ def test_formulas_that_are_asked_for_often_give_the_same_bounds(
     if backend == "native":
         pytest.importorskip("llvmlite")
     found: dict[bool, list[list[float]]] = {True: [], False: []}
-    bounds = Rounding.bounds
+    bounds, used = Rounding.bounds, set[bool]()
 
     def noted(self: Rounding, elapsed: float) -> list[float]:
         for each in range(OFTEN):
@@ -81,6 +81,7 @@ def test_formulas_that_are_asked_for_often_give_the_same_bounds(
             monkeypatch.setattr(rounding, "OFTEN", 10**9 if first else 1)
             found[first].append(bounds(self, elapsed))
             monkeypatch.setattr(rounding, "OFTEN", OFTEN)
+        used.add(bool(self._formulas.prepared))
         return found[False][-1]
 
     monkeypatch.setattr(Rounding, "bounds", noted)
@@ -88,6 +89,7 @@ def test_formulas_that_are_asked_for_often_give_the_same_bounds(
     plain, prepared = found[True][::2], found[False][:: OFTEN - 2]
     assert len(plain) == len(prepared) > 5
     assert prepared == plain
+    assert used == {True}
     assert any(max(each) > 0 for each in plain)
 
 
