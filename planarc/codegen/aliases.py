@@ -16,7 +16,7 @@ from collections.abc import Iterable
 
 from planarc.ir.calculus import time_derivative
 from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr, Op, Substitution, symbols
+from planarc.ir.expr import Expr, Op, fold
 from planarc.ir.sorted import Alias
 
 _SYMBOL = Op.SYMBOL  # as in `ir.expr`
@@ -28,6 +28,7 @@ class Aliases:
     def __init__(self, dae: Dae, aliases: Iterable[Alias]) -> None:
         self._table = dae.table
         self._by_name = {a.name: a for a in aliases}
+        self._rewritten: dict[Expr, Expr] = {}  # each node once, for all expressions
         constant = {p.name for p in dae.parameters} | {d.name for d in dae.discretes}
         self._differentiate = time_derivative(dae.table, constant.__contains__)
 
@@ -43,5 +44,9 @@ class Aliases:
         return e if sign > 0 else self._table.neg(e)
 
     def __call__(self, root: Expr) -> Expr:
-        found = {s: self.target(s) for s in symbols(root) if s.name in self._by_name}
-        return Substitution(self._table, found)(root) if found else root
+        return fold(root, self._rewritten, self._of)
+
+    def _of(self, e: Expr) -> Expr:
+        if e.args:
+            return self._table.rebuild(e, tuple(map(self._rewritten.__getitem__, e.args)))
+        return self.target(e) if e.op is _SYMBOL else e
