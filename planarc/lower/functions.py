@@ -81,10 +81,13 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
 
 def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
     """The results in the first of three ways that succeeds, with less and less left open."""
-    try:
-        return _results(scope, call)
-    except UnknownCourse as problem:
-        refusal = problem
+    key = (call.function.name, *call.arguments)  # a function of three outputs is called thrice
+    refusal = scope.model.refused.get(key)
+    if refusal is None:
+        try:
+            return _results(scope, call)
+        except UnknownCourse as problem:
+            scope.model.refused[key] = refusal = problem.with_traceback(None)
     # Its course depends on parameters in too many ways: their values become structural.
     known = replace(call, arguments=[_number(scope, a) for a in call.arguments])
     if known.arguments != list(call.arguments):

@@ -76,6 +76,8 @@ class Model(Struct, dict=True):
     #: continuous variables that delays need, with their equations
     delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
+    #: calls, by the function's name and its arguments, whose course is not known
+    refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0
     #: the phase of every rounded expression, see `rounding`

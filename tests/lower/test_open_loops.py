@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import planarc
+from planarc.lower.statements import MAX_WAYS, Runner
 
 PARTIAL = """
   function partial_sum "The first n entries"
@@ -123,3 +126,36 @@ algorithm
     with pytest.raises(planarc.PlanarcError, match="more than 1000 turns") as refused:
         run(body)
     assert refused.value.diagnostics[0].code == "L322"
+
+
+def test_a_course_that_is_not_known_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of three outputs is a call of its own, with the same arguments."""
+    text = """model M
+  function halved
+    input Real x;
+    output Real a = x;
+    output Real b = 0;
+    output Real c = 1;
+  algorithm
+    while a > 1 loop
+      a := a/2;
+      b := b + 1;
+      c := 2*c;
+    end while;
+  end halved;
+  parameter Real p = 40;
+  parameter Real a(fixed=false), b(fixed=false), c(fixed=false);
+initial equation
+  (a, b, c) = halved(p);
+end M;"""
+    ways: list[int] = []
+    plain = Runner._split
+
+    def counted(self: Runner, *args: Any) -> Runner:
+        ways.append(self.ways[0])
+        return plain(self, *args)
+
+    monkeypatch.setattr(Runner, "_split", counted)
+    result = planarc.load(text).simulate(1)
+    assert [result[name][0] for name in "abc"] == [40 / 64, 6, 64]
+    assert len(ways) == MAX_WAYS
