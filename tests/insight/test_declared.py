@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import planarc
+from planarc.flatten.tree import naming
 from planarc.insight.energy import find_energies
 from planarc.insight.facts import energy_facts
 
@@ -179,3 +180,24 @@ def test_planarcs_own_classes_declare_for_those_of_their_name(tmp_path: Path) ->
     assert found.kinetic[0] == pytest.approx(9.0)
     assert found.dissipated[-1] > 0.5
     assert set(found.strangers) == {"spring"}  # it has no variables `c` and `phi_rel`
+
+
+def test_what_the_library_in_front_lacks_is_not_looked_for_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hint that nobody sees took a second with the whole of the standard library."""
+    (tmp_path / "Modelica").mkdir()
+    (tmp_path / "Modelica" / "package.mo").write_text(LIBRARY)
+    (tmp_path / "Wheel.pmo").write_text(USER)
+    asked: list[str] = []
+
+    def elsewhere(library: Any, name: str) -> None:
+        asked.append(name)
+
+    monkeypatch.setattr(naming, "_elsewhere", elsewhere)
+    planarc.load(tmp_path / "Wheel.pmo", libraries=[tmp_path])
+    assert asked == []
+    (tmp_path / "Wheel.pmo").write_text(USER.replace("equation", "  Real own = c;\nequation"))
+    with pytest.raises(planarc.PlanarcError, match="unknown name `c`"):
+        planarc.load(tmp_path / "Wheel.pmo", libraries=[tmp_path])
+    assert asked == ["c"]

@@ -30,7 +30,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import ticked
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
-from planarc.flatten.tree.nodes import Env, Instance, Layout, Part, Session
+from planarc.flatten.tree.nodes import Env, Instance, Layout, Part, Scope, Session
 from planarc.flatten.typing.expressions import type_expression
 from planarc.ir import flat, syntax
 
@@ -47,7 +47,7 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
     session = instance.session
     for index, foreign, kind, name, value in _told(instance.layout, session):
         try:
-            typed = type_expression(value, Env(instance.scope(index)))
+            typed = _typed(value, instance.scope(index), foreign)
             bases, dims = (
                 ((flat.Base.BOOLEAN,), ())
                 if kind == "event"
@@ -63,6 +63,14 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
                 session.keep(problem)
             continue
         yield flat.Declared(instance.prefix or "", kind, name, unit_of(kind, name), typed)
+
+
+def _typed(value: syntax.Expression, scope: Scope, foreign: bool) -> flat.Expression:
+    scope.session.doubted = scope if foreign else None
+    try:
+        return type_expression(value, Env(scope))
+    finally:
+        scope.session.doubted = None
 
 
 def unit_of(kind: str, name: str) -> str:

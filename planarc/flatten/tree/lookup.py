@@ -258,6 +258,8 @@ def import_target(
 
 def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ()) -> PlanarcError:
     """The error of a name that is not found. `counters` are those of the loops around."""
+    if scope is scope.session.doubted:  # a search for what is meant takes long
+        return error("F210", f"unknown name `{name}`", span)
     wrong = _misspelt_import(scope, name)
     return PlanarcError(wrong) if wrong else naming.unknown(scope, name, span, counters)
 

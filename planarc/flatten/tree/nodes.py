@@ -505,6 +505,8 @@ class Session:
         self.met: set[tuple[Instance, str]] = set()  # inner components that outer ones met
         self.opened: list[Class] = []  # classes with a layout, in the order of their use
         self.chosen: list[Chosen] = []
+        #: the scope of an expression that may name what is not there, of which nobody is told
+        self.doubted: Scope | None = None
         self.component_count = 0
         # known when all connections are, before equations are typed:
         self.rooting: Forest | None = None
