@@ -25,14 +25,13 @@ import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, TypeAlias
 
+from msgspec import Struct, field
+
 from planarc.evaluate.value import VALUES
 from planarc.ir.expr import Expr, Op, fold, postorder
 from planarc.runtime import elementary, external
 
 Prepared: TypeAlias = Callable[[Sequence[float], float], Any]
-
-#: `assign(w, t)` gives the number of the first assignment that has no value, or -1.
-Assigning: TypeAlias = Callable[[MutableSequence[float], float], int]
 
 #: Assignments in one function.
 PART = 100
@@ -72,26 +71,36 @@ def prepare_assignments(
 ) -> Assigning:
     """A function that sets slots, one after the other, to the values of expressions. What has
     no value ends it."""
-    parts = [
-        (first, _assigning(assignments[first : first + PART], slot))
-        for first in range(0, len(assignments), PART)
-    ]
+    found, done = Assigning(), set[int]()
+    for first in range(0, len(assignments), PART):
+        part = _assigning(assignments[first : first + PART], slot, done, found.reads)
+        found.parts.append((first, part))
+    return found
 
-    def assign(w: MutableSequence[float], t: float) -> int:
+
+class Assigning(Struct):
+    """Assignments as code. It gives the number of the first one that has no value, or -1."""
+
+    parts: list[tuple[int, Callable[..., int]]] = field(default_factory=list)
+    reads: set[int] = field(default_factory=set)  # slots of which the values before count
+
+    def __call__(self, w: MutableSequence[float], t: float) -> int:
         get, put = getattr(w, "item", w.__getitem__), w.__setitem__
-        for first, part in parts:
-            failed: int = part(get, put, t)
+        for first, part in self.parts:
+            failed = part(get, put, t)
             if failed >= 0:
                 return first + failed
         return -1
 
-    return assign
-
 
 def _assigning(
-    assignments: Sequence[tuple[int, Expr]], slot: Callable[[Expr], int]
+    assignments: Sequence[tuple[int, Expr]],
+    slot: Callable[[Expr], int],
+    done: set[int],
+    reads: set[int],
 ) -> Callable[..., int]:
-    """`part(get, put, t)`, for as many assignments as Python's compiler takes at once."""
+    """`part(get, put, t)`, for as many assignments as Python's compiler takes at once. What they
+    set is put into `done`, and what they read and no one before has set into `reads`."""
     names: dict[str, Any] = dict(_NAMES)
     name: dict[Expr, str] = {}
     handed: dict[tuple[Expr, ...], str] = {}  # arguments of functions with many results
@@ -101,6 +110,8 @@ def _assigning(
     def place(e: Expr) -> int:
         found = slot(e)
         read.add(found)
+        if found not in done:
+            reads.add(found)
         return found
 
     def line(formula: str) -> str:
@@ -118,6 +129,7 @@ def _assigning(
     for i, (target, root) in enumerate(assignments):
         v = fold(root, name, of)
         lines += [f" if {v} != {v}: return {i}", f" put({target}, 1.0*{v})"]
+        done.add(target)
         if target in read:  # what was read before is known no longer
             name.clear()
             handed.clear()

@@ -287,6 +287,8 @@ class Kernel(Protocol):
 
 #: Takes the values of some slots out of a workspace.
 Taker: TypeAlias = Callable[[Sequence[float]], tuple[float, ...]]
+#: Gives slots of a workspace the values of others.
+Copier: TypeAlias = Callable[[MutableSequence[float]], None]
 
 
 #: Slots up to which they are taken one by one from an array, too: for more that takes several times
@@ -313,6 +315,24 @@ def taker(slots: Sequence[int]) -> Taker:
         return tuple(w.take(places[0]).tolist())
 
     return take
+
+
+def copier(targets: Sequence[int], sources: Sequence[int]) -> Copier:
+    """What gives slots the values of others; no slot is both."""
+    pairs, places = tuple(zip(targets, sources, strict=True)), list["NDArray[np.intp]"]()
+
+    def copy(w: Any) -> None:
+        if isinstance(w, list) or len(pairs) <= FEW:
+            for target, source in pairs:
+                w[target] = w[source]
+            return
+        if not places:
+            import numpy as np
+
+            places.extend(np.array(pairs, np.intp).T)
+        w[places[0]] = w[places[1]]
+
+    return copy
 
 
 @contextmanager

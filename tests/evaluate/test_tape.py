@@ -161,8 +161,15 @@ def test_prepared_assignments_give_what_one_by_one_they_give(seed: int) -> None:
             break
         w[slot] = value
     found = list(begin)
-    assert prepare_assignments(assignments, lambda e: names.index(e.name))(found, 0.25) == expected
+    assign = prepare_assignments(assignments, lambda e: names.index(e.name))
+    assert assign(found, 0.25) == expected
     assert found == pytest.approx(w, rel=1e-12)
+
+    others = [v if i in assign.reads else v + 1.0 for i, v in enumerate(begin)]
+    again = list(others)
+    assert assign(again, 0.25) == expected
+    set_ = [slot for slot, _ in assignments[: expected if expected >= 0 else None]]
+    assert [again[slot] for slot in set_] == [found[slot] for slot in set_]
 
 
 def test_a_long_buffer_is_filled_at_an_index_that_varies(backend: Backend) -> None:

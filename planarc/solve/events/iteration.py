@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
-from planarc.ir.kernel import Kernel, Reactions, Taker, taker
+from planarc.ir.kernel import Copier, Kernel, Reactions, copier
 from planarc.ir.once import once
 from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
@@ -57,7 +57,7 @@ class Events:
         # What is wrong with an impact is told before the start.
         self.touches = _of_touches(program, self._whens) if program.whens else frozenset[int]()
         self.crossings.touches = self.touches
-        self._values, self._before, self._integers = _discrete(program)
+        self._remember, self._integers = _discrete(program)
 
     @cached_property
     def _whens(self) -> Whens:
@@ -168,7 +168,7 @@ class Events:
         for _ in range(most_iterations(program)):
             earlier = self._snapshot()
             trail.append(earlier)
-            if not settling.settle(moved):
+            if not settling.settle(moved, earlier):
                 return done
             edges = self._whens.edges()
             moved = self._whens.act(t, edges, done, states)
@@ -296,11 +296,7 @@ class Events:
         return snapshot(self.program, self.kernel)
 
     def _keep_pre(self) -> None:
-        w = self.kernel.w
-        values, before = self._values(w), self._before(w)
-        if values != before:
-            for d, value in zip(self.program.discretes, values, strict=True):
-                w[d.pre] = value
+        self._remember(self.kernel.w)
 
     def _set_flag(self, name: str, value: bool) -> None:
         slot = self.program.slots.get(name)
@@ -319,10 +315,10 @@ def _of_touches(program: Program, whens: Whens) -> frozenset[int]:
 
 
 @once
-def _discrete(program: Program) -> tuple[Taker, Taker, Integers]:
-    """What takes discrete values and their left limits; and the Integers among them."""
+def _discrete(program: Program) -> tuple[Copier, Integers]:
+    """What makes discrete values their own left limits; and the Integers among them."""
     found = program.discretes
-    return taker([d.slot for d in found]), taker([d.pre for d in found]), _integers(found)
+    return copier([d.pre for d in found], [d.slot for d in found]), _integers(found)
 
 
 @once

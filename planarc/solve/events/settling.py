@@ -89,17 +89,18 @@ class Settling:
         """Relations of which neither truth agreed."""
         return [*self._inexact, *(i for i, times in self._turned.items() if times >= MOST_TURNS)]
 
-    def settle(self, moved: bool) -> bool:
+    def settle(self, moved: bool, now: Snapshot) -> bool:
         """Iterate with fixed pre-values until nothing changes; false where that fails.
 
-        `moved`: states were set anew, and with these what held relations compare.
+        `moved`: states were set anew, and with these what held relations compare. `now` is what
+        the workspace holds.
         """
         seen: set[Snapshot] = set()
         careful = False
         restless: set[int] = set()
         trail: deque[Snapshot] = deque(maxlen=LAST_ITERATIONS)
         for count in range(most_iterations(self.program)):
-            before = snapshot(self.program, self.kernel)
+            before = now
             trail.append(before)
             if not self._evaluate():
                 return False
@@ -116,6 +117,7 @@ class Settling:
                 if not close_loop(w, loop, self._evaluate):
                     return self.done.ended is None and self.endless([*trail, now])
                 self._closed = {slot: w[slot] for slot in loop}
+                now = snapshot(self.program, self.kernel)
             elif now in seen:
                 if careful:
                     return self._search(sorted(restless), trail)

@@ -25,7 +25,7 @@ from planarc.ir.dae import (
     set_by_whens,
 )
 from planarc.ir.expr import Op, postorder
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Copier, Kernel, copier
 from planarc.ir.program import Let, Program
 from planarc.solve.events.assignments import Assignments
 from planarc.solve.messages.text import Reader, text_of
@@ -33,6 +33,10 @@ from planarc.solve.settings import Request
 
 if TYPE_CHECKING:
     from planarc.solve.contact.impacts import Impacts
+
+
+#: Sets of branches, each with what it leaves as it was, that are remembered.
+MOST_KEPT = 64
 
 
 class Processed(Struct):
@@ -53,6 +57,7 @@ class Whens:
         self.impacts = None if request.stepping else _impacts(program, kernel, request)
         self._at_start = initial_conditions(program)
         self._slots = own_slots(program)
+        self._keeping: dict[tuple[int, ...], Copier] = {}
         self._read = Reader(program, kernel, 0.0)
         self._assignments = Assignments(program, kernel, self._read)
         self._edges = edge_conditions(program)
@@ -81,16 +86,25 @@ class Whens:
         pass of this instant has set it.
         """
         self.reader(t)
-        w, kept = self.kernel.w, dict(self._slots)
         for actions in edges:
-            failed = self._assignments.do(actions, kept)
+            failed = self._assignments.do(actions)
             if failed is not None:
                 from planarc.solve.messages.event import no_value
 
                 return no_value(self.program, t, failed.name, failed)
-        for slot, pre in kept.items():
-            w[slot] = w[pre]
+        self._keep(edges)(self.kernel.w)
         return None
+
+    def _keep(self, edges: list[tuple[Action, ...]]) -> Copier:
+        """What gives the variables that these branches do not set the values from before."""
+        key = tuple(map(id, edges))
+        if key not in self._keeping:
+            if len(self._keeping) == MOST_KEPT:
+                self._keeping.clear()
+            set_ = {slot for actions in edges for slot in self._assignments.targets(actions)}
+            kept = {slot: pre for slot, pre in self._slots.items() if slot not in set_}
+            self._keeping[key] = copier(list(kept), list(kept.values()))
+        return self._keeping[key]
 
     def act(
         self,

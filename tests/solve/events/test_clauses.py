@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import pytest
 
 import planarc
 from planarc.core.diagnostic import PlanarcError
+from planarc.evaluate.tape import Assigning
 
 
 @pytest.fixture(params=["numpy", "native"])
@@ -245,3 +249,64 @@ equation
     )
     found = {n: (result[n][0], result[n][-1]) for n in ("d", "k", "high", "e", "y")}
     assert found == {"d": (6, 0), "k": (2, 3), "high": (1, 0), "e": (9, 1), "y": (9, 9)}
+
+
+BUFFER = """
+  constant Integer n = 500;
+  Real buffer[n](start = zeros(n), each fixed = true);
+  Integer k(start = 0, fixed = true), later(start = 0, fixed = true);
+  discrete Real total(start = 0, fixed = true);
+  Real x = exp(-time);
+algorithm
+  when {sample(0.01, 0.01), x < 0.9} then
+    k := pre(k) + 1;
+    buffer[k] := x;
+    total := sum(buffer) + later;
+  end when;
+equation
+  when sample(0.01, 0.01) then
+    later = pre(later) + k;
+  end when;"""
+
+
+def test_passes_of_one_instant_do_long_branches_once(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As code they are done again where they read something new: `later`, in a second pass."""
+    calls: list[float] = []
+    plain = Assigning.__call__
+
+    def counted(self: Assigning, w: Any, t: float) -> int:
+        if len(self.parts) > 1:
+            calls.append(t)
+        return plain(self, w, t)
+
+    monkeypatch.setattr(Assigning, "__call__", counted)
+    result = run(BUFFER, backend, 1.0)
+    clock = [i / 100 for i in range(1, 101)]
+    instants = sorted([*clock, -math.log(0.9)])
+    later = sum(instants.index(t) + 1 for t in clock)
+    expected = [math.exp(-t) for t in instants]
+    assert [result[f"buffer[{i + 1}]"][-1] for i in range(101)] == pytest.approx(expected, rel=1e-5)
+    assert (result["k"][-1], result["later"][-1]) == (101, later)
+    assert result["total"][-1] == pytest.approx(sum(expected) + later, rel=1e-6)
+    if backend == "native":
+        assert len(set(calls)) > 90
+        assert len(calls) <= 2 * len(set(calls))
+
+
+def test_many_variables_keep_the_values_that_no_clause_sets(backend: str) -> None:
+    """Each of ten is set by a clause of its own, at another instant."""
+    result = run(
+        """
+  Integer a[10](each start=0, each fixed=true);
+equation
+  for i in 1:10 loop
+    when sample(0.1*i, 1) then
+      a[i] = pre(a[i]) + i;
+    end when;
+  end for;""",
+        backend,
+        1.55,
+    )
+    assert [result[f"a[{i}]"][-1] for i in range(1, 11)] == [2, 4, 6, 8, 10, 6, 7, 8, 9, 10]
