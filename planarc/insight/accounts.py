@@ -4,7 +4,8 @@ In:   Result
 Out:  warnings R445, each at the component
 
 What flows into a component through its frames and flanges, and what it supplies, is stored in it or
-lost. That of the library fits; one of a user's own may forget a half, or a sign.
+lost. That of the library fits; one of a user's own may forget a half, or a sign. What jumps at an
+instant, by `reinit` or by that of a part which is fixed to it, is an impact's: no power tells it.
 
 Example: `energy(potential = c*x^2)` of a spring with `f = c*x`.
 """
@@ -93,7 +94,9 @@ def _off(
     came, gave, lost = works = [integral(values.time, values.full(p)) for p in flows]
     seldom = (integral(values.time[::2], values.full(p)[::2]) for p in flows)
     errors = sum(float(np.abs(w[::2] - s).max()) for w, s in zip(works, seldom, strict=True))
-    change = stored - stored[0]
+    jumps = np.diff(stored, prepend=stored[0])
+    jumps[np.diff(values.time, prepend=-np.inf) > 0] = 0.0
+    change = stored - stored[0] - np.cumsum(jumps)
     off = float(np.abs(came + gave - change - lost).max())
     size = max(float(np.ptp(e)) for e in (*works, change))
     return off if off > _ERRORS * errors else 0.0, size
