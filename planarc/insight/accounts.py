@@ -60,8 +60,9 @@ def own_accounts(program: Program) -> dict[str, dict[str, Pairs]]:
     """The components of the user's own classes that declare all their energy by itself, with their
     connectors."""
     names: dict[str, set[str]] = {}
+    foreign = {d.component for d in program.declared if d.foreign}
     for d in program.declared:
-        if d.kind == "energy":
+        if d.kind == "energy" and d.component not in foreign:
             names.setdefault(d.component, set()).add(d.name)
     known = {*_STORED, _LOST, _SUPPLIED}
     written = {e.component for e in program.equations if e.component and is_own(program, e.span)}

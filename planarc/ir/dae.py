@@ -269,6 +269,7 @@ class Declared(Data):
     kind: str
     name: str
     value: VisualValue
+    foreign: bool = False
 
 
 class Dae(Located):

@@ -438,6 +438,7 @@ class Declared(Located):
     name: str
     unit: str
     value: Expression
+    foreign: bool = False  # planarc says so of another library's class
 
 
 class Experiment(Data):

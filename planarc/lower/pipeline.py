@@ -158,7 +158,7 @@ def lower_declared(model: Model, declared: flat.Declared) -> dae.Declared:
     """What a component says of itself, its value as an expression."""
     value = lower_expression(Scope(model, events=False), declared.value)
     plain = _plain(value, declared.value.span)
-    return dae.Declared(declared.component, declared.kind, declared.name, plain)
+    return dae.Declared(declared.component, declared.kind, declared.name, plain, declared.foreign)
 
 
 def _plain(value: Value, span: Span) -> dae.VisualValue:

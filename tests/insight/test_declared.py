@@ -182,6 +182,37 @@ def test_planarcs_own_classes_declare_for_those_of_their_name(tmp_path: Path) ->
     assert set(found.strangers) == {"spring"}  # it has no variables `c` and `phi_rel`
 
 
+ELASTIC = """
+      model Elastic "Declares its loss alone"
+        extends Modelica.Thermal.HeatTransfer.Interfaces.PartialElementaryConditionalHeatPort;
+        Interfaces.Flange_a flange_a;
+      equation
+        flange_a.tau = 4*flange_a.phi + 0.5*der(flange_a.phi);
+        lossPower = 0.5*der(flange_a.phi)^2;
+      end Elastic;
+    end Components;
+    package Examples model Swing
+      Components.Inertia wheel;
+      Components.Elastic elastic;
+    equation
+      connect(wheel.flange_a, elastic.flange_a);
+    end Swing; end Examples;
+  end Rotational;"""
+
+
+def test_what_planarc_says_of_another_librarys_class_is_no_account_of_its_own(
+    tmp_path: Path,
+) -> None:
+    """A model of that library is told of nothing that it has not written."""
+    (tmp_path / "Modelica").mkdir()
+    text = LIBRARY.replace("    end Components;\n  end Rotational;", ELASTIC)
+    (tmp_path / "Modelica" / "package.mo").write_text(text)
+    name = "Modelica.Mechanics.Rotational.Examples.Swing"
+    result = planarc.load(name, libraries=[tmp_path]).simulate(2.0)
+    assert result.rows.program.name == name
+    assert [w.message for w in result.warnings if w.code == "R445"] == []
+
+
 def test_what_the_library_in_front_lacks_is_not_looked_for_elsewhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

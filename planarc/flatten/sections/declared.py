@@ -62,7 +62,8 @@ def declared_of(instance: Instance) -> Iterator[flat.Declared]:
             if not foreign:  # a library in another version may have other variables
                 session.keep(problem)
             continue
-        yield flat.Declared(instance.prefix or "", kind, name, unit_of(kind, name), typed)
+        unit = unit_of(kind, name)
+        yield flat.Declared(instance.prefix or "", kind, name, unit, typed, foreign)
 
 
 def _typed(value: syntax.Expression, scope: Scope, foreign: bool) -> flat.Expression:
