@@ -244,7 +244,7 @@ def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
             name,
             KINDS[v.type.base],
             start=start[i],
-            fixed=_is_fixed(v, fixed[i]),
+            fixed=_is_fixed(model, v, fixed[i]),
             start_written=a.start_written,
             fixed_written=a.fixed_written,
             state_select=a.state_select,
@@ -263,10 +263,14 @@ def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
         )
 
 
-def _is_fixed(v: flat.Variable, value: Expr | None) -> bool:
-    if value is not None and not value.is_const:
+def _is_fixed(model: Model, v: flat.Variable, value: Expr | None) -> bool:
+    """Parameters that it hangs on become structural: it says which equations there are."""
+    if value is None:
+        return False
+    value = model.number(value)
+    if not value.is_const:
         raise error("L333", f"`fixed` of `{v.name}` must be known at compile time", v.span)
-    return bool(value is not None and value.data)
+    return bool(value.data)
 
 
 def _attributes(

@@ -147,3 +147,37 @@ equation
         backend,
     )
     assert list(found["m"][[0, -1]]) == [2.5, 3.5]
+
+
+@pytest.mark.parametrize("held", ["true", "false"])
+def test_a_parameter_says_whether_a_start_is_held(held: str, backend: Backend) -> None:
+    result = run(
+        f"""
+  parameter Boolean held = {held};
+  parameter Boolean given[2] = {{held, not held}};
+  Real x(start=2, fixed=given[1]), y(start=3, fixed=given[2]);
+initial equation
+  x + y = 10;
+equation
+  der(x) = -x;
+  der(y) = -y;""",
+        backend,
+    )
+    expected = (2, 8) if held == "true" else (7, 3)
+    assert (result["x"][0], result["y"][0]) == pytest.approx(expected)
+    slots = {p.name: p for p in result.program.parameter_slots}
+    assert slots["held"].structural
+
+
+def test_what_is_found_at_the_start_cannot_say_that_a_start_is_held(backend: Backend) -> None:
+    with pytest.raises(PlanarcError, match="`fixed` of `x` must be known"):
+        run(
+            """
+  parameter Boolean held(fixed=false);
+  Real x(start=2, fixed=held);
+initial equation
+  held = x > 0;
+equation
+  der(x) = -x;""",
+            backend,
+        )
