@@ -134,7 +134,8 @@ def _positional(node: syntax.Call, name: str) -> list[syntax.Expression]:
 
 
 def _cardinality(node: syntax.Call, env: Env) -> flat.Expression:
-    env.session.warn("F294", "`cardinality` is deprecated", node.span)
+    if env.session.is_users(node.span):  # a library's is nothing that its user can change
+        env.session.warn("F294", "`cardinality` is deprecated", node.span)
     return connections.type_cardinality(node, env)
 
 

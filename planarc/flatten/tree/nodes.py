@@ -523,6 +523,11 @@ class Session:
         (found,) = error(code, message, span, hint=hint, mend=mend).diagnostics
         self.warnings.append(replace(found, severity=Severity.WARNING))
 
+    def is_users(self, span: Span) -> bool:
+        """Whether a place is in one of the user's files, or in that of the model."""
+        model = () if self.root is None else (self.root.cls.span.source.name,)
+        return span.source.name in {*self.library.user_files(), *model}
+
     def keep(self, problem: PlanarcError) -> None:
         """Remember an error and go on, so that all errors of a model are told at once."""
         self.errors.extend(problem.diagnostics)
