@@ -31,8 +31,8 @@ _MOST = 3
 def judge_open(
     program: Program, kernel: Kernel, t: float, y: Sequence[float], known: Container[int] = ()
 ) -> Diagnostic | None:
-    """None where the last evaluation left nothing open, or only what a block shares that is
-    `known`. The workspace holds the point (t, y) and does so afterwards."""
+    """None where the last evaluation left nothing open that can be moved, or only what a block
+    shares that is `known`. The workspace holds the point (t, y) and does so afterwards."""
     block = kernel.open_block
     if block < 0:
         return None
@@ -49,7 +49,7 @@ def judge_open(
         abs(a - b) > DEPENDS * max(1.0, abs(a)) for a, b in zip(rates, moved_rates, strict=True)
     )
     accepted = any(SHARING in text(tear) for tear in program.blocks[block].tears)
-    if not depends and (accepted or block in known):
+    if not depends and (accepted or block in known or not any(moved)):
         return None  # redundant joints that are accepted are told once, with what they share
     tears = zip(program.blocks[block].tears, moved, strict=True)
     names = trouble.names([text(tear) for tear, m in tears if m])

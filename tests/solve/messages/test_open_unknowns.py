@@ -10,8 +10,10 @@ import pytest
 from planarc import compiler
 from planarc.core.diagnostic import Severity
 from planarc.core.options import Backend, RunOptions
+from planarc.ir.program import Program
 from planarc.request.request import Request
 from planarc.solve.kernels.singular import solve_open
+from planarc.solve.messages.open_unknowns import judge_open
 
 
 @pytest.fixture(params=list(Backend), ids=[b.value for b in Backend])
@@ -38,6 +40,30 @@ equation
   connect(rotor.flange_b, right.flange_a);
 end M;
 """
+
+
+class Rigid:
+    """A kernel whose block is singular to rounding alone: nothing in it can be moved."""
+
+    open_block = 0
+
+    def __init__(self, program: Program) -> None:
+        self.w = [0.0] * program.size
+
+    def rhs(self, t: float, y: list[float], rates: list[float]) -> int:
+        return 0
+
+    def sway(self, block: int, amount: float) -> None: ...
+
+    def outputs(self, t: float, y: list[float]) -> int:
+        return 0
+
+
+def test_what_cannot_be_moved_is_not_open() -> None:
+    text = TWO_BEARINGS.format(drive="time")
+    program = compiler.compile_model(Request(text=text)).program
+    kernel: Any = Rigid(program)
+    assert judge_open(program, kernel, 0.0, [0.0, 0.0]) is None
 
 
 @pytest.mark.parametrize("sign", [1, -1])
