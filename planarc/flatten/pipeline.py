@@ -138,7 +138,7 @@ def _watched(watch: Callable[[], None]) -> Makers:
 def _compare_units(
     model: flat.FlatModel, distinct: flat.FlatModel, units: UnitCheck, session: Session
 ) -> None:
-    files = session.library.user_files() | {model.span.source.name}
+    files = session.own_files()
     session.warnings += find_slips(model, files, distinct)
     differing = check_units(model, files, distinct)
     if units is UnitCheck.ERROR:

@@ -83,7 +83,7 @@ def _off(
     """The most in J by which an account is off, and the most that is exchanged."""
     import numpy as np
 
-    from planarc.insight.values import integral
+    from planarc.insight.values import integral, jumps
 
     power: Any = 0.0
     for connector, pairs in connectors.items():
@@ -95,9 +95,7 @@ def _off(
     came, gave, lost = works = [integral(values.time, values.full(p)) for p in flows]
     seldom = (integral(values.time[::2], values.full(p)[::2]) for p in flows)
     errors = sum(float(np.abs(w[::2] - s).max()) for w, s in zip(works, seldom, strict=True))
-    jumps = np.diff(stored, prepend=stored[0])
-    jumps[np.diff(values.time, prepend=-np.inf) > 0] = 0.0
-    change = stored - stored[0] - np.cumsum(jumps)
+    change = stored - stored[0] - np.cumsum(jumps(values.time, stored))
     off = float(np.abs(came + gave - change - lost).max())
     size = max(float(np.ptp(e)) for e in (*works, change))
     return off if off > _ERRORS * errors else 0.0, size

@@ -26,7 +26,7 @@ import numpy as np
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.insight.connectors import find_connectors, grouped, owner
-from planarc.insight.values import Values, integral
+from planarc.insight.values import Values, integral, jumps
 from planarc.ir.insight import Track
 from planarc.ir.mechanism import GROUND, Mechanism
 from planarc.ir.result import Result
@@ -88,8 +88,7 @@ def find_energies(
     stored = full(kinetic), full(0.0 if potential is None else potential)
     lost, given = (_given(values, declared, kind) for kind in ("lossPower", "suppliedPower"))
     # What jumps at an instant was lost in an impact, or put in by one.
-    steps = np.diff(stored[0] + stored[1], prepend=0.0)
-    steps[np.diff(values.time, prepend=-np.inf) > 0] = 0.0
+    steps = jumps(values.time, stored[0] + stored[1])
     if steps.any():
         lost = lost + np.cumsum(np.maximum(-steps, 0.0))
         given = given + np.cumsum(np.maximum(steps, 0.0))

@@ -175,6 +175,13 @@ def rate(time: Vector, values: Vector) -> Vector:
     return found
 
 
+def jumps(time: Vector, values: Vector) -> Vector:
+    """By how much values jump at each row: at the second one of an instant, 0 elsewhere."""
+    found = np.diff(values, prepend=values[:1])
+    found[np.diff(time, prepend=-np.inf) > 0] = 0.0
+    return found
+
+
 @whole("integral")
 def integral(time: Vector, values: Vector) -> Vector:
     """The integral from the first row, by cubics through values and slopes (order four)."""

@@ -105,7 +105,7 @@ def _compile_element(argument: syntax.ElementModification, scope: Scope, each: i
     for _ in argument.name[1:]:
         each = None if each is None else each + 1
     if argument.modification is None:
-        if not argument.final and scope.session.is_users(argument.span):
+        if not argument.final and argument.span.source.name in scope.session.own_files():
             message = f"the modifier `{argument.name[-1]}` has no value, and says nothing"
             hint = f"write `{argument.span.text} = ...`"
             scope.session.warn("F225", message, argument.span, hint)

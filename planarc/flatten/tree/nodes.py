@@ -523,10 +523,10 @@ class Session:
         (found,) = error(code, message, span, hint=hint, mend=mend).diagnostics
         self.warnings.append(replace(found, severity=Severity.WARNING))
 
-    def is_users(self, span: Span) -> bool:
-        """Whether a place is in one of the user's files, or in that of the model."""
+    def own_files(self) -> set[str]:
+        """The names of the user's files, and of that of the model, which may be a library's."""
         model = () if self.root is None else (self.root.cls.span.source.name,)
-        return span.source.name in {*self.library.user_files(), *model}
+        return {*self.library.user_files(), *model}
 
     def keep(self, problem: PlanarcError) -> None:
         """Remember an error and go on, so that all errors of a model are told at once."""
