@@ -30,6 +30,10 @@ def compare(
     width: Annotated[
         float, Option(help="Half the width of the tube, as a share of the time.")
     ] = 1e-3,
+    absolute: Annotated[
+        float,
+        Option(help="Half the height that a tube has at least, in the variable's own unit."),
+    ] = 1e-12,
     variables: Pattern = None,
     as_json: AsJson = False,
 ) -> int:
@@ -40,11 +44,15 @@ def compare(
     from planarc.view.table.compare import compare_tables
     from planarc.view.table.files import read_table
 
-    for value, name in ((tolerance, "--tolerance"), (width, "--width")):
+    for value, name, what, hint in (
+        (tolerance, "--tolerance", "share", "0.001"),
+        (width, "--width", "share", "0.001"),
+        (absolute, "--absolute", "height", "1e-9"),
+    ):
         if not 0 <= value < float("inf"):
-            raise usage_error("C161", f"`{name} {value:g}` is no share", hint="give e.g. 0.001")
-    chosen = read_pattern(variables)
-    found = compare_tables(read_table(reference), read_table(other), tolerance, width, chosen)
+            raise usage_error("C161", f"`{name} {value:g}` is no {what}", hint=f"give e.g. {hint}")
+    chosen, tables = read_pattern(variables), (read_table(reference), read_table(other))
+    found = compare_tables(*tables, tolerance, width, chosen, absolute)
     if not found.compared:
         raise usage_error(
             "C162",

@@ -5,7 +5,9 @@ Out:  Comparison     for each variable that parts: when first, and by how much a
 
 The tube around a curve of A is what a rectangle covers that slides along it: as high as
 a share of the variable's range, as wide as a share of the time. So a step that B takes a
-little later is no difference, nor is a number that differs a little.
+little later is no difference, nor is a number that differs a little. A variable that ought to be
+zero has rounding for its range, and so has one that ought to stay what it is: no tube is
+thinner than an absolute height, or than the rounding of its curve's values.
 
 Example: A = sin(t), B = sin(t) + 0.1*(t > 2), tolerance 0.01
 
@@ -23,6 +25,9 @@ import numpy as np
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
 from planarc.view.table.table import Table
+
+#: Share of a curve's value that is rounding, whatever its range.
+_ROUNDING = 1e-12
 
 
 class Parting(Data):
@@ -49,15 +54,22 @@ class Comparison(Data):
 
 
 def compare_tables(
-    a: Table, b: Table, tolerance: float, width: float, only: re.Pattern[str] | None = None
+    a: Table,
+    b: Table,
+    tolerance: float,
+    width: float,
+    only: re.Pattern[str] | None = None,
+    absolute: float = 0.0,
 ) -> Comparison:
-    """Compare two tables. `tolerance` is a share of a variable's range, `width` of that of time."""
+    """Compare two tables. `tolerance` is a share of a variable's range, `width` of that of time;
+    values that are `absolute` apart, in the variable's own unit, agree."""
     names_a = [n for n in a.columns if only is None or only.search(n)]
     names_b = [n for n in b.columns if only is None or only.search(n)]
     known = set(names_b)
     common = [n for n in names_a if n in known]
     tube = _Tube(a.time, b.time, width)
-    parted = [p for n in common if (p := tube.parting(n, a[n], b[n], tolerance)) is not None]
+    found = (tube.parting(n, a[n], b[n], tolerance, absolute) for n in common)
+    parted = [p for p in found if p is not None]
     held = set(common)
     return Comparison(
         len(common),
@@ -88,22 +100,26 @@ class _Tube:
         first = np.searchsorted(a, self.left, "left")
         self.windows = np.stack([first, np.searchsorted(a, self.right, "right")], axis=1)
 
-    def parting(self, name: str, a: Vector, b: Vector, tolerance: float) -> Parting | None:
+    def parting(
+        self, name: str, a: Vector, b: Vector, tolerance: float, absolute: float
+    ) -> Parting | None:
         """The place where B's values leave the tube around A's."""
         if len(self.rows) == 0:
             return None
         values = b[self.rows]
         finite = a[np.isfinite(a)]
         size = float(np.ptp(finite)) if len(finite) else 0.0
+        value = float(np.max(np.abs(finite))) if len(finite) else 0.0
         # A curve without range is measured by its value, and zero by one.
-        size = size or (float(np.max(np.abs(finite))) if len(finite) else 0.0) or 1.0
+        size = size or value or 1.0
+        height = max(tolerance * size, absolute, _ROUNDING * value)
         low, high = self._bounds(a)
-        off = np.maximum(np.maximum(low - values, values - high) - tolerance * size, 0.0)
+        off = np.maximum(np.maximum(low - values, values - high) - height, 0.0)
         here = np.interp(self.time, self.a, a)
         none = np.isnan(values)
         off = np.where(none & np.isnan(here), 0.0, off)
         off = np.where(none != np.isnan(here), np.inf, off)
-        outside = np.flatnonzero(off > 1e-12 * size)
+        outside = np.flatnonzero(off > _ROUNDING * size)
         if len(outside) == 0:
             return None
         first, worst = int(outside[0]), int(np.argmax(off))
@@ -112,7 +128,7 @@ class _Tube:
             float(self.time[first]),
             float(here[first]),
             float(values[first]),
-            float(off[worst] + tolerance * size),
+            float(off[worst] + height),
             float(self.time[worst]),
         )
 

@@ -57,6 +57,23 @@ def test_a_step_may_come_a_little_later_but_not_much() -> None:
     assert (found.parted[0].a, found.parted[0].b) == (1.0, 0.0)
 
 
+def test_rounding_around_zero_is_no_difference_unless_it_is_asked_for() -> None:
+    noise = 1e-17 * np.sin(97 * T)
+    a, b = table(T, x=noise), table(T, x=np.zeros(501))
+    assert compare_tables(a, b, 1e-3, 1e-3, absolute=1e-12).same
+    assert [p.name for p in compare(a, b).parted] == ["x"]
+    apart = table(T, x=np.full(501, 1.1e-12))
+    found = compare_tables(a, apart, 1e-3, 1e-3, absolute=1e-12)
+    assert found.parted[0].most == pytest.approx(1.1e-12, rel=1e-4)
+
+
+@pytest.mark.parametrize("value", [1e5, -3.0])
+def test_rounding_of_a_value_that_stays_is_no_difference(value: float) -> None:
+    a = table(T, x=value * (1 + 1e-15 * np.sin(97 * T)))
+    assert compare(a, table(T, x=np.full(501, value))).same
+    assert not compare(a, table(T, x=np.full(501, value * (1 + 1e-11)))).same
+
+
 def test_they_are_told_in_the_order_in_which_they_part() -> None:
     a = table(T, x=np.zeros(501), y=np.zeros(501), z=np.zeros(501))
     b = table(T, z=np.zeros(501), y=(T > 2) * 5.0, x=(T > 4) * 2.0)
