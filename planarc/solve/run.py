@@ -174,7 +174,9 @@ class Run(Begun):
             return True
         if march.outcome is Outcome.ROOT:
             self.ended = self._chatter.vain(t, march.directions)
-            self.restart(t, self.integrator.y, self._chatter.step or self.integrator.last_step())
+            # A step that is lost in the digits of the time would meet the same root again.
+            step = self._chatter.step or self.integrator.last_step()
+            self.restart(t, self.integrator.y, max(step, room(t)))
             return True
         return False
 

@@ -84,6 +84,10 @@ SHORTEST_STEP = 1e-20
 
 #: States up to which the corrector eliminates; beyond, GMRES.
 LARGEST_DENSE = 200
+#: Times that the corrector's matrix is set up with one Jacobian; CVODE's own choice is all of 51
+#: steps. One of a point beside a singular position has huge entries: Newton's steps with it are
+#: next to nothing, pass for convergence, and neither corrector nor error test sees anything.
+JACOBIAN_FOR = 1
 #: Right-hand sides spent on differences before formulas are compiled: about where these would
 #: have paid for it.
 MOST_DIFFERENCES = 50_000
@@ -279,6 +283,7 @@ class Cvode(Integrator):
             self._session.multiply(self._vectors[0], KRYLOV_VECTORS)
         else:
             self._session.eliminate(self._size, self._vectors[0])
+            self._session.call("SetJacEvalFrequency", JACOBIAN_FOR)
         self._set_jacobian()
 
     def _set_jacobian(self) -> None:

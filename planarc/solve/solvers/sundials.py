@@ -52,6 +52,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "CVodeSetLinearSolver": (_I, (_P, _P, _P)),
     "CVodeSetJacFn": (_I, (_P, _P)),
     "CVodeSetInitStep": (_I, (_P, _D)),
+    "CVodeSetJacEvalFrequency": (_I, (_P, C.c_long)),
     "CVodeSetMaxStep": (_I, (_P, _D)),
     "CVodeSetMinStep": (_I, (_P, _D)),
     "CVodeSetMaxNumSteps": (_I, (_P, C.c_long)),

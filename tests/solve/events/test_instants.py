@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import planarc
@@ -88,3 +90,18 @@ end M;""",
     (found,) = result.warnings
     assert (found.code, found.severity, found.span.line) == ("R434", Severity.WARNING, 4)
     assert result["n"][-1] == 0
+
+
+@pytest.mark.parametrize("solver", ["cvode-bdf", "cvode-adams", "lsoda"])
+def test_a_jump_may_set_off_what_no_digit_of_the_time_shows(backend: str, solver: str) -> None:
+    """The first step behind it is smaller than the digits of the time: no event again."""
+    text = """
+    model M
+      Real x(start=0, fixed=true);
+    equation
+      der(x) = 1e18*(if time < 0.1 then 0 else 1) - x;
+    end M;
+    """
+    result = planarc.load(text, backend=backend).simulate(1, tolerance=1e-8, solver=solver)
+    assert result.ended is None
+    assert result.at("x", 1) == pytest.approx(1e18 * (1 - math.exp(-0.9)), rel=1e-6)
