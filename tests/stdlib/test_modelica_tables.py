@@ -86,6 +86,39 @@ def test_beyond_the_ends(
     assert y[-1] == pytest.approx(after)
 
 
+@pytest.mark.parametrize(
+    ("extrapolation", "before", "after"),
+    [("HoldLastPoint", 0, 3), ("LastTwoPoints", -1, 7), ("Periodic", 2, 1)],
+)
+def test_steps_go_on_beyond_the_ends_as_the_line_through_the_last_two_points(
+    table: Callable[..., Any], extrapolation: str, before: float, after: float
+) -> None:
+    kind = "table=[0, 0; 0.5, 1; 1, 2; 1.5, 3], smoothness=Smoothness.ConstantSegments"
+    kind += f", extrapolation=Extrapolation.{extrapolation}"
+    result = table(
+        f"""
+  Tables.CombiTable1Ds first({kind}, u=-0.5);
+  Tables.CombiTable1Ds last({kind}, u=3.5);
+  Sources.CombiTimeTable timed({kind}, shiftTime=0.5);
+""",
+        stop=4,
+    )
+    assert result["first.y[1]"][0] == pytest.approx(before)
+    assert result["last.y[1]"][0] == pytest.approx(after)
+    _, y = values(result, "timed.y[1]")
+    assert (y[0], y[-1]) == pytest.approx((before, after))
+
+
+@pytest.mark.parametrize("extrapolation", ["HoldLastPoint", "LastTwoPoints", "Periodic"])
+def test_a_table_of_one_row_is_a_constant(table: Callable[..., Any], extrapolation: str) -> None:
+    kind = f"table=[0.5, 7], extrapolation=Extrapolation.{extrapolation}"
+    result = table(
+        f"  Tables.CombiTable1Ds static({kind}, u=time);\n  Sources.CombiTimeTable timed({kind});"
+    )
+    for name in ("static.y[1]", "timed.y[1]"):
+        assert result[name] == pytest.approx(np.full(len(result.time), 7.0))
+
+
 def test_columns_offsets_and_scales(table: Callable[..., Any]) -> None:
     result = table(
         """

@@ -111,6 +111,13 @@ def test_a_table_with_two_inputs_is_bilinear(library: Path) -> None:
     assert (result["high[1]"][0], result["high[2]"][0]) == (2, 3)
 
 
+def test_steps_of_a_table_with_two_inputs_go_on_as_planes(library: Path) -> None:
+    result = run(PLANE.replace("{smoothness}", "ConstantSegments"), library)
+    u1, u2 = result.time, 1 + 2 * result.time
+    beyond = (u1 > 2) | (u2 > 3)
+    assert result["z"] == pytest.approx(np.where(beyond, 10 * u2 + u1, np.where(u2 < 3, 10, 30)))
+
+
 def test_a_smooth_table_with_two_inputs_is_refused(library: Path) -> None:
     result = run(PLANE.replace("{smoothness}", "ContinuousDerivative"), library)
     assert "only interpolated linearly or by steps" in str(result.ended)
