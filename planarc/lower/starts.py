@@ -99,6 +99,9 @@ class _Starts:
             self._look(equation, left)
         elif self._is_known(right):
             self._give(left.name, replace(equation, right=right))
+        elif left.op is Op.PRE and self._is_only_held(left.name):
+            now = replace(equation, left=table.symbol(left.name))
+            self._into.whens.append(set_at_start(self._model, now))
         elif left.op is Op.PRE:
             name = f"pre({left.name})"
             message = f"the start value of `{name}` must be an expression of parameters"
@@ -108,6 +111,21 @@ class _Starts:
         else:
             self._into.whens.append(set_at_start(self._model, equation))
         return True
+
+    def _is_only_held(self, name: str) -> bool:
+        """Whether a variable has at the start the value that it had before."""
+        if name in self._sides or self._declared[name].fixed:
+            return False
+        named = {v.name: [e.right] for v, e in self._model.auxiliaries} | self._sides
+        conditions = (
+            self._followed(side)
+            for when in self._into.whens
+            for condition, actions in when.branches
+            if any(isinstance(a, dae.SetDiscrete) and a.name == name for a in actions)
+            for side in named.get(condition, ())
+        )
+        initial = self._model.table.symbol(dae.INITIAL)
+        return initial not in postorder(tuple(conditions))
 
     def values(self) -> dict[str, Expr]:
         """Start values as expressions of parameters alone."""

@@ -181,3 +181,61 @@ equation
   der(x) = -x;""",
             backend,
         )
+
+
+@pytest.mark.parametrize("found", ["true", "false"])
+def test_a_parameter_says_whether_another_is_found_at_the_start(
+    found: str, backend: Backend
+) -> None:
+    result = run(
+        f"""
+  parameter Boolean found = {found};
+  parameter Real length(start=1, fixed=not found);
+  Real x(start=2, fixed=true);
+initial equation
+  if found then
+    length = x + 1;
+  end if;
+equation
+  der(x) = -length;""",
+        backend,
+    )
+    assert result["x"][-1] == pytest.approx(2 - 2 * (3 if found == "true" else 1))
+
+
+def test_the_value_before_the_start_may_come_from_unknowns(backend: Backend) -> None:
+    """As a hold begins: with what its input is then."""
+    result = run(
+        """
+  Real u = x + 2*time, x(start=3, fixed=true);
+  discrete Real held, before;
+initial equation
+  pre(held) = u;
+  pre(before) = u;
+equation
+  der(x) = 1;
+  when time >= 1 then
+    held = u;
+    before = pre(held);
+  end when;""",
+        backend,
+    )
+    assert result["held"][[0, -1]] == pytest.approx([3, 6])
+    assert result["before"][[0, -1]] == pytest.approx([3, 3])
+
+
+def test_a_value_before_a_clause_of_the_start_comes_from_parameters(backend: Backend) -> None:
+    with pytest.raises(PlanarcError, match=r"the start value of `pre\(held\)` must be"):
+        run(
+            """
+  Real x(start=3, fixed=true);
+  discrete Real held;
+initial equation
+  pre(held) = x;
+equation
+  der(x) = 1;
+  when {initial(), time >= 1} then
+    held = pre(held) + x;
+  end when;""",
+            backend,
+        )

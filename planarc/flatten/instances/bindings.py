@@ -24,7 +24,7 @@ from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.prose import counted
 from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
-from planarc.flatten.terms.constant import Value
+from planarc.flatten.terms.constant import Value, to_expression
 from planarc.flatten.terms.quotes import meant_as_text, quoted
 from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.modify import merge, type_mod
@@ -217,7 +217,7 @@ def _attributes(mod: Mod, leaf: Leaf, written: bool) -> flat.Attributes:
     start = _value(mod, "start", leaf, leaf.type)
     return flat.Attributes(
         start=start,
-        fixed=_value(mod, "fixed", leaf, flat.BOOLEAN),
+        fixed=_fixed(mod, leaf),
         min=_value(mod, "min", leaf, leaf.type),
         max=_value(mod, "max", leaf, leaf.type),
         nominal=_value(mod, "nominal", leaf, leaf.type),
@@ -248,6 +248,16 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
             hint += f", or give `{leaf.name}` its value by an `initial equation`"
         raise error("F285", f"{what} must not change with time", binding.span, hint=hint)
     return value
+
+
+def _fixed(mod: Mod, leaf: Leaf) -> flat.Expression | None:
+    """Whether a start is fixed. Of a parameter that is known now, and shapes the model: one that is
+    not fixed is an unknown at the start."""
+    value = _value(mod, "fixed", leaf, flat.BOOLEAN)
+    if value is None or leaf.variability is not flat.Variability.PARAMETER:
+        return value
+    known = evaluate.try_value(value, Env(leaf.parent.scope()), mark=True)
+    return value if known is None else to_expression(known, value.type, value.span)
 
 
 def _stands_for_all(name: str, binding: Binding, leaf: Leaf) -> bool:
