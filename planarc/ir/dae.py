@@ -11,7 +11,7 @@ Reserved names, set by the solver: `$initial` (true in the first event iteration
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
@@ -112,6 +112,7 @@ class Equation(Located):
     component: str = ""
     generated: bool = False  # from a connection set
     assigned: bool = False  # by an algorithm: it gives `left` its value, and nothing else
+    rates: tuple[Expr, ...] = ()  # the first derivatives of `right`, where they are given
 
     @property
     def shown(self) -> str:
@@ -245,6 +246,15 @@ def set_by_whens(whens: Iterable[Clause]) -> frozenset[str]:
 
 #: A value that a drawn thing has: a number, truth, text, or (nested) tuples of such.
 VisualValue: TypeAlias = "Expr | str | tuple[VisualValue, ...]"
+
+
+def expressions_in(value: VisualValue) -> Iterator[Expr]:
+    """The numbers and truth values in what a drawn thing has."""
+    if isinstance(value, tuple):
+        for inner in value:
+            yield from expressions_in(inner)
+    elif isinstance(value, Expr):
+        yield value
 
 
 class Visual(Data):

@@ -391,6 +391,14 @@ class Algorithm(EquationNode):
     statements: tuple[Statement, ...]
 
 
+class Derivative(Data):
+    """`annotation(derivative(order=2, noDerivative=p) = f_d)` of a function."""
+
+    function: str
+    order: int = 1
+    still: frozenset[str] = frozenset()  # inputs whose derivatives it does not take
+
+
 class Function(Located):
     """A function that the model calls. `outputs` and `locals` may have bindings, which are
     assigned first; `derivative_of` is (function, inputs) for `f_s = der(f, s)`. `external`
@@ -407,7 +415,7 @@ class Function(Located):
     given: tuple[Expression, ...] = ()
     results: tuple[str, ...] = ()
     derivative_of: tuple[str, tuple[str, ...]] | None = None
-    derivatives: tuple[tuple[str, int], ...] = ()  # annotation: (function, order)
+    derivatives: tuple[Derivative, ...] = ()
     span: Span = NOWHERE
     partial: bool = False  # only the interface of an input that is a function; has no body
 

@@ -185,7 +185,7 @@ def functions_called(
         called.add(name)
         function = functions[name]
         todo += _calls(expressions_of_function(function))
-        todo += [derivative for derivative, _ in function.derivatives]
+        todo += [derivative.function for derivative in function.derivatives]
         if function.derivative_of is not None:
             todo.append(function.derivative_of[0])
     return called

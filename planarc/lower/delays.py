@@ -83,5 +83,5 @@ def _named(model: Model, e: Expr, name: str, span: Span) -> Expr:
 def _variable(model: Model, name: str, value: Expr, span: Span) -> Expr:
     symbol = model.table.symbol(name)
     variable = dae.Variable(name, protected=True, span=span)
-    model.delayed.append((variable, dae.Equation(symbol, value, span)))
+    model.added.append((variable, dae.Equation(symbol, value, span)))
     return symbol

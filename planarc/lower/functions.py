@@ -76,7 +76,12 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
         return call_external(_started(_deeper(scope), call), function, span)
     if function.derivative_of is not None:
         return _derivative(scope, call)
-    return _run(_deeper(scope), call)
+    found = _run(_deeper(scope), call)
+    if not function.derivatives:
+        return found
+    from planarc.lower.rates import with_rates
+
+    return with_rates(scope, function, arguments, found, span)
 
 
 def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:

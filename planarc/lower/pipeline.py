@@ -71,9 +71,9 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     return dae.Dae(
         name=source.name,
         table=model.table,
-        variables=(*classified.variables, *(v for v, _ in model.delayed)),
+        variables=(*classified.variables, *(v for v, _ in model.added)),
         parameters=(*way, *start_time, *_freeze(model, classified.parameters)),
-        equations=(*continuous, *(e for _, e in model.delayed)),
+        equations=(*continuous, *(e for _, e in model.added)),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
         initial_equations=tuple(initial),

@@ -21,6 +21,8 @@ from planarc.lower.values import Value
 
 #: Beginning of the names of variables that delays need.
 DELAY = "$delay["
+#: Beginning of those of values whose derivatives are given.
+GIVEN = "$given["
 
 #: Results of a call, from the scope, the function's name, its arguments and the call's place.
 Inline: TypeAlias = "Callable[[Scope, str, Sequence[Value], Span], tuple[Value, ...]]"
@@ -73,8 +75,8 @@ class Model(Struct, dict=True):
     bounds: set[Expr] = field(default_factory=set)
     auxiliaries: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delays: list[dae.Delay] = field(default_factory=list)
-    #: continuous variables that delays need, with their equations
-    delayed: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
+    #: continuous variables that delays and given derivatives need, with their equations
+    added: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
     #: calls, by the function's name and its arguments, whose course is not known
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
@@ -136,7 +138,7 @@ class Model(Struct, dict=True):
     def _is_steady_symbol(self, e: Expr) -> bool:
         if e.name in self.parameters or e.name in self.discretes:
             return True
-        return e.name.startswith("$") and not e.name.startswith(DELAY)
+        return e.name.startswith("$") and not e.name.startswith((DELAY, GIVEN))
 
     def relation(self, zero: Expr, strict: bool, text: str, span: Span) -> Expr:
         """The stored truth of `zero < 0` (strict) or `zero <= 0`; equal ones share it."""

@@ -48,6 +48,7 @@ class Live(Data):
     left: Expr
     right: Expr
     residual: Expr  # left - right
+    rates: tuple[Expr, ...] = ()  # the first derivatives of `right`, where they are given
 
 
 class Elimination(Data):
@@ -72,7 +73,7 @@ def eliminate_aliases(dae: Dae, signs: Signs) -> Elimination:
         if residual is dae.table.zero:
             vanished.append(i)
         else:
-            live.append(Live(i, left, right, residual))
+            live.append(Live(i, left, right, residual, tuple(map(rewrite, equation.rates))))
     kept = tuple(v.name for v in dae.variables if search.forest.is_root(v.name))
     return Elimination(kept, tuple(live), tuple(vanished), search.aliases(rewrite), rewrite)
 
@@ -150,7 +151,8 @@ class _Search:
     def run(self) -> None:
         self.queued = [True] * len(self.equations)
         # Most equations are plain connections: they need no residual.
-        self.queue = deque(i for i in range(len(self.equations)) if not self._try_names(i))
+        plain = (i for i, e in enumerate(self.equations) if not e.rates)
+        self.queue = deque(i for i in plain if not self._try_names(i))
         inline = Substitution(self.table, self.numbers)
         for i in self.queue:
             e = self.equations[i]

@@ -42,6 +42,7 @@ class Form(Data):
     left: Expr
     right: Expr
     residual: Expr  # left - right
+    given: bool = False  # it gives `left` a value whose derivatives are given, too
 
 
 class Expansion(Data):
@@ -59,12 +60,14 @@ def expand_equations(dae: Dae, live: tuple[Live, ...], offsets: Offsets) -> Expa
     forms = []
     for entry, times in zip(live, offsets.differentiated, strict=True):
         left, right = entry.left, entry.right
-        tower = [Form(entry.index, left, right, entry.residual)]
+        given = bool(entry.rates)
+        tower = [Form(entry.index, left, right, entry.residual, given)]
         for order in range(1, times + 1):
-            left, right = derive(left), derive(right)
+            left = derive(left)
+            right = entry.rates[order - 1] if order <= len(entry.rates) else derive(right)
             source: Equation = replace(dae.equations[entry.index], left=left, right=right)
             equations.append(SourceEquation(source, tower[-1].index, order))
-            tower.append(Form(len(equations) - 1, left, right, table.sub(left, right)))
+            tower.append(Form(len(equations) - 1, left, right, table.sub(left, right), given))
         forms.append(tuple(tower))
     return Expansion(tuple(equations), tuple(forms))
 

@@ -82,7 +82,7 @@ def _terms(table: Exprs, contents: Contents, e: Live) -> dict[Expr, int]:
     """The factors of an equation of unknowns, none of them differentiated, where all of them are
     whole numbers; else nothing."""
     inside = contents(e.residual)
-    if not 0 < len(inside) <= MOST_TERMS or any(x.data[1] for x in inside):
+    if e.rates or not 0 < len(inside) <= MOST_TERMS or any(x.data[1] for x in inside):
         return {}
     factors = coefficients(table, contents, e.residual)
     terms = {x: int(f.data) for x, f in factors.items() if f is not None and _is_whole(f)}

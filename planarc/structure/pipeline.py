@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.ir.dae import Dae
-from planarc.ir.expr import Expr
+from planarc.ir.dae import Dae, expressions_in
+from planarc.ir.expr import Expr, symbols
 from planarc.ir.flat import StateSelect
 from planarc.ir.sorted import Candidate, Level, SortedDae, SourceEquation, Step
 from planarc.structure.algebra import Algebra
@@ -36,6 +36,7 @@ from planarc.structure.states import (
 )
 from planarc.structure.system import Systems
 from planarc.structure.top import sort_top
+from planarc.structure.unread import without_unread
 
 #: What is to be a candidate for states, though equations must be differentiated for it.
 CANDIDATES = (StateSelect.ALWAYS, StateSelect.PREFER)
@@ -58,19 +59,47 @@ class Reduced(Data):
         least = orders_needed(self.elimination, self.contents, (*others, *held))
         return reduce_index(self.rows, [least[name] for name in self.elimination.kept])
 
+    def solved_otherwise(self, offsets: Offsets) -> bool:
+        """Whether an equation whose derivatives are given is solved for another unknown than the
+        one that it gives its value: its derivatives do not hold it."""
+        variable = offsets.matching.variable
+        return any(
+            entry.rates and self.elimination.kept[variable[e]] not in _names(entry.left)
+            for e, entry in enumerate(self.elimination.live)
+        )
+
+    def without_rates(self) -> Reduced:
+        """The same, where values are differentiated as they are."""
+        live = tuple(replace(entry, rates=()) for entry in self.elimination.live)
+        return _reduced(replace(self.elimination, live=live), self.contents)
+
+
+def _names(e: Expr) -> set[str]:
+    return {s.name for s in symbols(e)}
+
 
 def reduce_aliases(dae: Dae, signs: Signs) -> Reduced:
     elimination = eliminate_aliases(dae, signs)
     number = {name: i for i, name in enumerate(elimination.kept)}
     contents = Contents(number.__contains__)
     live = uncover_constraints(dae.table, contents, elimination.live)
-    elimination = replace(elimination, live=tuple(live))
+    return _reduced(replace(elimination, live=tuple(live)), contents)
+
+
+def _reduced(elimination: Elimination, contents: Contents) -> Reduced:
+    number = {name: i for i, name in enumerate(elimination.kept)}
     rows = []
     for e in elimination.live:
         highest: dict[int, int] = {}
         for s in contents.ordered(e.residual):
             name, order = s.data
             highest[number[name]] = max(highest.get(number[name], 0), order)
+        # A derivative that is given holds its unknowns as they are, though it is one.
+        for times, rate in enumerate(e.rates, start=1):
+            for s in contents.ordered(rate):
+                name, order = s.data
+                v = number[name]
+                highest[v] = max(highest.get(v, order - times), order - times)
         rows.append(list(highest.items()))
     return Reduced(elimination, contents, rows)
 
@@ -90,6 +119,9 @@ def structure(dae: Dae) -> SortedDae:
 
     held = [table.der(s) for s, a in attributes.items() if a.select in CANDIDATES]
     offsets = reduced.offsets(dae, held)
+    if reduced.solved_otherwise(offsets):
+        reduced = reduced.without_rates()
+        elimination, offsets = reduced.elimination, reduced.offsets(dae, held)
     expansion = expand_equations(dae, elimination.live, offsets)
     rates = derivatives_of_inputs(dae, expansion, expressions_of_rest(rest))
     systems = Systems(
@@ -117,6 +149,9 @@ def structure(dae: Dae) -> SortedDae:
         else:
             steps = sort_top(systems, system, offsets.matching, favoured)
         levels.append(Level(height, steps))
+    if any(entry.rates for entry in elimination.live):
+        wanted = _read_elsewhere(rest, elimination, candidates)
+        levels = list(without_unread(levels, expansion.equations, wanted))
 
     first_initial = len(expansion.equations)
     first_discrete = first_initial + len(dae.initial_equations)
@@ -137,3 +172,14 @@ def structure(dae: Dae) -> SortedDae:
         equations_before=len(dae.equations),
         equations_after=len(elimination.live),
     )
+
+
+def _read_elsewhere(
+    rest: Dae, elimination: Elimination, candidates: Sequence[Candidate]
+) -> frozenset[Expr]:
+    """What is read beside the steps of the levels."""
+    states = [c.symbol for c in candidates]
+    others = (*expressions_of_rest(rest), *(a.target for a in elimination.aliases))
+    told = (*(d.value for d in rest.declared), *(a for v in rest.visuals for _, a in v.attributes))
+    shown = (elimination.rewrite(e) for value in told for e in expressions_in(value))
+    return frozenset((*states, *map(rest.table.der, states), *symbols(*others, *shown)))

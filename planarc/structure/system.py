@@ -84,7 +84,12 @@ class Systems(Struct):
     def _scalar(self, e: int, order: int, number: Mapping[int, int]) -> Scalar:
         form = self.expansion.forms[e][order]
         factors, solved = {}, {}
-        for v in self.active[e]:
+        active = solvable = self.active[e]
+        if form.given:  # it holds other unknowns than its derivatives
+            active = [v for v in active if v in number]
+            own = {s.name for s in self.contents(form.left)}
+            solvable = [v for v in active if self.names[v] in own]
+        for v in solvable:
             factor = self._factor(e, order, v)
             if factor is None:
                 value = self._closed_form(e, order, v)
@@ -92,7 +97,7 @@ class Systems(Struct):
                     solved[number[v]] = value
             elif self.signs.never_zero(factor):
                 factors[number[v]] = factor
-        unknowns = tuple(number[v] for v in self.active[e])
+        unknowns = tuple(number[v] for v in active)
         return Scalar(form, unknowns, _without_rounding(factors), solved)
 
     def _closed_form(self, e: int, order: int, v: int) -> Answer | None:

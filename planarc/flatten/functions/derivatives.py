@@ -3,8 +3,9 @@
 In:   the instance of a function, its Signature
 Out:  the derivatives that can be called; warnings F335 of those and of inverses that do not fit
 
-planarc differentiates and inverts functions itself: a wrong annotation harms nothing here, but
-in a tool that heeds it. It is told where the user's own text holds it.
+planarc differentiates and inverts functions itself, but where a derivative is to be taken as it is
+given, `noDerivative`: elsewhere a wrong annotation harms nothing here, but in a tool that heeds
+it. It is told where the user's own text holds it.
 
 Example: `annotation(derivative=f_der)` of `f(Real x, Integer n)` asks for `f_der(x, n, der_x)`.
 
@@ -27,8 +28,9 @@ from planarc.flatten.tree.lookup import find_class
 from planarc.flatten.tree.nodes import Class, FunctionInfo, Instance, Session, Signature
 from planarc.ir import flat, syntax
 
-#: Arguments of `derivative` that name inputs without a derivative.
-_STILL = ("noDerivative", "zeroDerivative")
+#: Arguments of `derivative` that name inputs without a derivative: with the first their derivatives
+#: are given by other inputs, with the second they are zero.
+_GIVEN, _ZERO = "noDerivative", "zeroDerivative"
 
 
 class _Slot(NamedTuple):
@@ -44,8 +46,8 @@ class _Slot(NamedTuple):
 
 def derivatives_of(
     instance: Instance, signature: Signature, session: Session
-) -> tuple[tuple[str, int], ...]:
-    """`annotation(derivative(order=2)=f_d)` of a function: functions and orders."""
+) -> tuple[flat.Derivative, ...]:
+    """The derivatives that a function's annotations name."""
     found = []
     for argument in _annotated(instance, "derivative", session):
         value = binding_of(argument)
@@ -58,7 +60,8 @@ def derivatives_of(
             continue  # the function is differentiated itself
         _check_derivative(info, value, argument, number, signature, session)
         if not info.bound:
-            found.append((info.signature.name, number))
+            still = frozenset(_named_by(argument, (_GIVEN,)))
+            found.append(flat.Derivative(info.signature.name, number, still))
     return tuple(found)
 
 
@@ -117,11 +120,7 @@ def _check_derivative(
 ) -> None:
     """Warn of a derivative that takes or gives something else (12.7.1). Which inputs of a function
     that is a derivative already are derived is not known: of a second one the rest is free."""
-    still = {
-        str(binding_of(a))
-        for a in inside(argument)
-        if isinstance(a, syntax.ElementModification) and a.name[0] in _STILL
-    }
+    still = _named_by(argument, (_GIVEN, _ZERO))
     moving = [v for v in signature.inputs if v.name not in still]
     more = _derived(moving) if order == 1 else []
     wanted = [*_slots(signature.inputs), *more]
@@ -135,6 +134,15 @@ def _check_derivative(
         message = f"`{name}` does not give what a derivative gives"
         hint = f"give it the output {listed(map(str, outputs))}"
         _warn(message, name.span, hint, session)
+
+
+def _named_by(argument: syntax.ElementModification, words: Sequence[str]) -> set[str]:
+    """The inputs that `noDerivative` and the like name."""
+    return {
+        str(binding_of(a))
+        for a in inside(argument)
+        if isinstance(a, syntax.ElementModification) and a.name[0] in words
+    }
 
 
 def _slots(variables: Iterable[flat.Variable]) -> list[_Slot]:

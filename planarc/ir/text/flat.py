@@ -322,9 +322,14 @@ def print_function(function: flat.Function) -> str:
         records = frozenset(v.name for v in own if v.type.base is flat.Base.RECORD)
         lines += ["algorithm", *_body(function.body, records)]
     if function.derivatives:
-        shown = ", ".join(f"derivative(order = {o}) = {quoted(n)}" for n, o in function.derivatives)
+        shown = ", ".join(map(_derivative, function.derivatives))
         lines.append(f"  annotation({shown});")
     return "\n".join([*lines, f"end {name};"])
+
+
+def _derivative(derivative: flat.Derivative) -> str:
+    still = "".join(f", noDerivative = {quoted(n)}" for n in sorted(derivative.still))
+    return f"derivative(order = {derivative.order}{still}) = {quoted(derivative.function)}"
 
 
 def _external(function: flat.Function) -> str:
