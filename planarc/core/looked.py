@@ -15,31 +15,37 @@ from msgspec import Struct, field
 from planarc.core.digest import blake2b
 from planarc.core.source import SUFFIXES
 
-#: Folders with their listings; names as they were asked for, with what they meant.
-Findings = tuple[list[tuple[str, str]], list[tuple[str, str, int]]]
+#: Folders with their listings; names as they were asked for, with what they meant; files of data
+#: with what they held.
+Findings = tuple[list[tuple[str, str]], list[tuple[str, str, int]], list[tuple[str, str]]]
 
 
 class Looked(Struct):
-    """Folders that were searched for classes, and files that the model itself asks for.
+    """Folders that were searched for classes, files that the model itself asks for, and those of
+    them whose contents it reads.
 
     With `open_questions` it asks for more while its equations are made.
     """
 
     folders: set[Path] = field(default_factory=set)
     names: set[str] = field(default_factory=set)
+    contents: set[str] = field(default_factory=set)
     open_questions: bool = False
 
     def findings(self) -> Findings:
         """The things as they are now, as plain data."""
         folders = sorted(os.path.abspath(path) for path in self.folders)  # noqa: PTH100
-        return [(f, _listing(f)) for f in folders], [_meaning(n) for n in sorted(self.names)]
+        held = [(f, _held(f)) for f in sorted(os.path.abspath(n) for n in self.contents)]  # noqa: PTH100
+        return [(f, _listing(f)) for f in folders], [_meaning(n) for n in sorted(self.names)], held
 
 
 def same(findings: Findings) -> bool:
     """True when a look would find the same now."""
-    folders, names = findings
-    return all(_listing(f) == listing for f, listing in folders) and all(
-        _meaning(found[0]) == tuple(found) for found in names
+    folders, names, held = findings
+    return (
+        all(_listing(f) == listing for f, listing in folders)
+        and all(_meaning(found[0]) == tuple(found) for found in names)
+        and all(_held(f) == digest for f, digest in held)
     )
 
 
@@ -51,6 +57,14 @@ def _listing(folder: str) -> str:
     except OSError:
         return ""
     return blake2b(os.fsencode("\0".join(names)), digest_size=16).hexdigest()
+
+
+def _held(file: str) -> str:
+    """Changes with what a file holds; empty where it cannot be read."""
+    try:
+        return blake2b(Path(file).read_bytes(), digest_size=16).hexdigest()
+    except OSError:
+        return ""
 
 
 def _meaning(name: str) -> tuple[str, str, int]:

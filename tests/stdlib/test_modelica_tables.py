@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import Akima1DInterpolator
+
+from planarc.core.diagnostic import PlanarcError
 
 HEAD = """
   import Modelica.Blocks.{Sources, Tables};
@@ -203,11 +206,25 @@ equation
             " smoothness=Smoothness.ContinuousDerivative)",
             "sort the rows",
         ),
-        ("Sources.CombiTimeTable t(table=[0, 1; 2, 3], tableOnFile=true)", "as a matrix"),
     ],
 )
 def test_bad_tables_are_refused(table: Callable[..., Any], block: str, message: str) -> None:
     assert message in table(f"  {block};").ended.message
+
+
+def test_a_table_stands_in_the_model_or_in_a_file(
+    table: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text("0,1\n2,3\n", "utf-8")
+    for block in ("Sources.CombiTimeTable", "Tables.CombiTable1Ds", "Tables.CombiTable1Dv"):
+        given = "" if block.startswith("Sources") else ", u=time"
+        given = ", u={time}" if block.endswith("v") else given
+        with pytest.raises(PlanarcError, match="no file is named: give `fileName`"):
+            table(f"  {block} t(tableOnFile=true{given});")
+        on_file = f'tableOnFile=true, fileName="{file.as_posix()}"'
+        both = table(f"  {block} t(table=[0, 1; 2, 4], {on_file}{given});")
+        assert "there is a table beside the one in the file" in both.ended.message
 
 
 def test_functions_of_vectors(run: Callable[..., Any]) -> None:
@@ -252,3 +269,22 @@ def test_conversions_and_their_inverses(run: Callable[..., Any]) -> None:
     for unit, value in expected.items():
         assert result[f"to_{unit}"][0] == pytest.approx(value), unit
         assert result[f"back_{unit}"][0] == pytest.approx(1), unit
+
+
+def test_tables_are_read_from_files(table: Callable[..., Any], tmp_path: Path) -> None:
+    """Columns by number; the second one where none is asked for."""
+    file = tmp_path / "tables.txt"
+    file.write_text("#1\ndouble curve(3,3)\n0 0 5\n1 2 6\n2 4 9\n", "utf-8")
+    where = f'tableOnFile=true, fileName="{file.as_posix()}", tableName="curve"'
+    text = f"""
+  Tables.CombiTable1Ds one({where}, u=time);
+  Tables.CombiTable1Dv two({where}, columns={{3, 2}}, u={{time, 2*time}});
+  Sources.CombiTimeTable timed({where}, columns={{3}});
+"""
+    result = table(text, stop=2)
+    assert result["one.y[1]"] == pytest.approx(2 * result.time)
+    assert result["two.y[2]"] == pytest.approx(4 * result.time)
+    for name in ("two.y[1]", "timed.y[1]"):
+        assert result[name] == pytest.approx(np.interp(result.time, [0, 1, 2], [5, 6, 9]))
+    file.write_text("#1\ndouble curve(3,3)\n0 1 5\n1 3 6\n2 5 9\n", "utf-8")
+    assert table(text, stop=2)["one.y[1]"] == pytest.approx(1 + 2 * result.time)

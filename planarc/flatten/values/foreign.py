@@ -41,6 +41,8 @@ def external_values(
         if external.is_of_texts(name):
             if external.is_of_files(name):
                 session.library.looked.names.add(str(given[0]))
+            if external.is_of_contents(name):
+                session.library.looked.contents.add(str(given[0]))
             found = external.call_texts(name, given)
             return {**empty, **dict(zip(function.results, found, strict=False))}
         numbers = tuple(float(x) for x in compute.flat_values(given))
@@ -48,7 +50,8 @@ def external_values(
         integers = {v.name for v in function.outputs if v.type.base is flat.Base.INTEGER}
         return {**empty, **{n: _next(empty[n], row, n in integers) for n in function.results}}
     except ValueError as problem:
-        raise error("F283", f"`{function.name}` has no value: {problem}", span) from None
+        reason = "" if external.is_of_contents(name) else f"`{function.name}` has no value: "
+        raise error("F283", f"{reason}{problem}", span) from None
     except StopIteration:
         message = f"`{function.name}` has more results than `{name}` gives"
         raise error("F283", message, span) from None

@@ -35,7 +35,7 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
         "Modelica.Blocks.Tables.Internal",
         _OWN,
         (
-            *("getTable1DValue", "getTable1DValueNoDer", "getTable1DValueNoDer2"),
+            *("contents", "getTable1DValue", "getTable1DValueNoDer", "getTable1DValueNoDer2"),
             *("getTable1DAbscissaUmin", "getTable1DAbscissaUmax"),
             *("getTable2DValue", "getTable2DValueNoDer", "getTable2DValueNoDer2"),
             *("getTable2DAbscissaUmin", "getTable2DAbscissaUmax"),

@@ -54,6 +54,10 @@ _TEXTS = {
     "ModelicaStrings_scanString": ("text", "scan_string"),
     "ModelicaInternal_fullPathName": ("text", "full_path_name"),
     "ModelicaInternal_stat": ("text", "file_type"),
+    "ModelicaIO_readMatrixSizes": ("matrix", "sizes"),
+    "ModelicaIO_readRealMatrix": ("matrix", "matrix"),
+    "planarc_tableSizes": ("matrix", "table_sizes"),
+    "planarc_table": ("matrix", "table"),
 }
 
 #: The values that a function of texts takes by its annotations, and how a model declares them.
@@ -84,6 +88,11 @@ def is_of_texts(name: str) -> bool:
 def is_of_files(name: str) -> bool:
     """True for functions whose result depends on the files that there are, and where."""
     return name.startswith("ModelicaInternal_")
+
+
+def is_of_contents(name: str) -> bool:
+    """True for functions that read the file that they are first given."""
+    return name in _TEXTS and _TEXTS[name][0] == "matrix"
 
 
 def is_pure(name: str) -> bool:

@@ -84,10 +84,13 @@ SHORTEST_STEP = 1e-20
 
 #: States up to which the corrector eliminates; beyond, GMRES.
 LARGEST_DENSE = 200
-#: Times that the corrector's matrix is set up with one Jacobian; CVODE's own choice is all of 51
-#: steps. One of a point beside a singular position has huge entries: Newton's steps with it are
-#: next to nothing, pass for convergence, and neither corrector nor error test sees anything.
-JACOBIAN_FOR = 1
+#: Steps that one Jacobian may serve, until the corrector's matrix is set up next; CVODE's own
+#: choice is 51. One of a point beside a singular position has huge entries: Newton's steps with
+#: it are next to nothing, pass for convergence, and neither corrector nor error test sees
+#: anything.
+JACOBIAN_FOR = 2
+#: Part of the tolerance that steps are held to: what they err adds up along a run.
+SHARE = 0.7
 #: Right-hand sides spent on differences before formulas are compiled: about where these would
 #: have paid for it.
 MOST_DIFFERENCES = 50_000
@@ -191,7 +194,7 @@ class Cvode(Integrator):
         self._time.value = t
         self._y[:] = list(y)
         self._begin_dips(directions)
-        self._absolute[:] = list(absolute)
+        self._absolute[:] = [SHARE * a for a in absolute]
         if session.begun:
             self._begin_anew(t)
         elif session.present:
@@ -200,10 +203,17 @@ class Cvode(Integrator):
             self._create(t)
         session.begun = True
         self._measure()
-        session.call("SVtolerances", self._settings.tolerance * self.sharp, self._vectors[2])
+        session.call(
+            "SVtolerances", SHARE * self._settings.tolerance * self.sharp, self._vectors[2]
+        )
         session.call("SetInitStep", step or 0.0)
         if directions:
             session.call("SetRootDirection", (C.c_int * len(directions))(*directions))
+
+    @property
+    def _relative(self) -> float:
+        """The relative error that a step may have."""
+        return SHARE * self._settings.tolerance * self.sharp
 
     def shift(self, shifts: Sequence[float]) -> None:
         super().shift(shifts)
@@ -221,7 +231,7 @@ class Cvode(Integrator):
         session.create(_ADAMS if self._adams else _BDF)
         session.check("Init", self._rhs, t, self._vectors[0])
         # Tolerances must stand before anything else is set up.
-        session.call("SVtolerances", settings.tolerance * self.sharp, self._vectors[2])
+        session.call("SVtolerances", self._relative, self._vectors[2])
         if self._addresses is not None:
             session.call("SetUserData", self._addresses.context)
         self._set_linear_solver()
@@ -295,8 +305,7 @@ class Cvode(Integrator):
     def _measure(self) -> None:
         """Tell the nominal values of the states to whoever differences them."""
         if self._machine is not None and self._jacobian is not None:
-            own = self._settings.tolerance * self.sharp
-            self._machine.measure([a / own for a in self._absolute])
+            self._machine.measure([a / self._relative for a in self._absolute])
 
     def _jacobian_function(self) -> Any:
         """The Jacobian from the kernel's formulas. Those of a native one are compiled only

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planarc import compiler
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
 from planarc.core.resources import stdlib
 from planarc.request.request import Request
@@ -129,10 +130,27 @@ def test_a_table_over_time_finds_all_functions_that_it_calls(library: Path) -> N
     assert result["t.y[1]"] == pytest.approx(1 + 2 * result.time)
 
 
-def test_a_table_in_a_file_is_refused(library: Path) -> None:
-    more = ', fileName="table.txt", tableName="t"'
-    text = MODEL.format(rows="[0, 1, 5; 1, 3, 6]", smoothness="LinearSegments", more=more)
-    assert "tables in files are not read" in str(run(text, library).ended)
+def test_a_table_in_a_file_is_read(library: Path, tmp_path: Path) -> None:
+    (tmp_path / "table.txt").write_text("#1\ndouble t(2, 3)\n0 1 5\n1 3 6\n", "utf-8")
+    more = f', fileName="{(tmp_path / "table.txt").as_posix()}", tableName="t"'
+    text = MODEL.format(rows="[0.0]", smoothness="LinearSegments", more=more)
+    result = run(text, library)
+    assert result["y"] == pytest.approx(1 + 2 * (result.time - 1))
+    assert (result["low"][0], result["high"][0]) == (0, 1)
+
+
+def test_a_plane_in_a_file_is_read(library: Path, tmp_path: Path) -> None:
+    (tmp_path / "plane.csv").write_text("u\n0;1;3\n0;10;30\n2;12;32\n", "utf-8")
+    where = f'fileName="{(tmp_path / "plane.csv").as_posix()}", delimiter=";", nHeaderLines=1'
+    text = PLANE.replace("table=[0, 1, 3; 0, 10, 30; 2, 12, 32]", f"table=[0.0], {where}")
+    result = run(text.replace("{smoothness}", "LinearSegments"), library)
+    assert result["z"] == pytest.approx(10 * (1 + 2 * result.time) + result.time)
+
+
+def test_a_table_that_a_function_in_c_gives_is_refused(library: Path) -> None:
+    text = MODEL.format(rows="[0.0]", smoothness="LinearSegments", more=', tableName="own"')
+    with pytest.raises(PlanarcError, match="no file is named: give `fileName`"):
+        run(text, library)
 
 
 def test_other_files_stay_as_they_are() -> None:
