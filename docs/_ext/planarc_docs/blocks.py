@@ -3,7 +3,7 @@
 In:   str     a page in Markdown
 Out:  Block   each fence with its language, what stands behind that, and its text
 
-    modelica NAME   a file of the page, which later blocks may use
+    modelica NAME   a file of the page, which later blocks may use; or text NAME
     console         commands behind `$ `, and what they say
     python          a part of the page's script; a `text` block next to it is what it prints
     bash            a command for a shell, which is not run here
@@ -16,6 +16,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+#: Languages whose blocks are files, where they have a name.
+FILES = ("modelica", "text")
 _FENCE = re.compile(r"^```([a-z]+)(?: ([^\n`{}]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -48,7 +50,7 @@ def write_file(block: Block, folder: Path) -> Path:
 
 def write_files(page: str, folder: Path) -> Mapping[str, Path]:
     """Write the files of a page into a folder."""
-    named = [b for b in blocks_of(page) if b.language == "modelica" and b.argument]
+    named = [b for b in blocks_of(page) if b.language in FILES and b.argument]
     return {b.argument: write_file(b, folder) for b in named}
 
 
@@ -57,8 +59,8 @@ def with_captions(page: str) -> str:
 
     def captioned(found: re.Match[str]) -> str:
         language, name, text = found.groups()
-        if language != "modelica" or not name:
+        if language not in FILES or not name:
             return found[0]
-        return f"```{{code-block}} modelica\n:caption: {name}\n\n{text}```"
+        return f"```{{code-block}} {language}\n:caption: {name}\n\n{text}```"
 
     return _FENCE.sub(captioned, page)

@@ -48,7 +48,7 @@ def play(page: str, folder: Path) -> Iterator[Played]:
     with _inside(folder):
         for block, following in zip(blocks, [*blocks[1:], None], strict=False):
             match block.language:
-                case "modelica" if block.argument:
+                case "modelica" | "text" if block.argument:
                     write_file(block, folder)
                 case "console":
                     yield Played(block, "".join(map(_answer, _commands(block.text))))
