@@ -96,7 +96,8 @@ class Run:
         outcome.model, outcome.diagnostics = program.name, compiled.warnings
         outcome.equations = program.equations_before, program.equations_after
         places = destinations(program.name, job.output, job.report, job.no_output, job.no_report)
-        outcome.diagnostics += tuple(replaced(program.name, places.output))
+        own = tuple(replaced(program.name, places.output))
+        outcome.diagnostics += own
         if places.output is not None:
             refuse_no_match(program, job.variables)
         with clock.phase("compile again"):
@@ -106,7 +107,7 @@ class Run:
         if notes:
             program = compiled.program
             outcome.equations = program.equations_before, program.equations_after
-            outcome.diagnostics += notes
+            outcome.diagnostics = (*compiled.warnings, *own, *notes)
         else:
             del clock.seconds["compile again"]
         if job.start_from is not None:

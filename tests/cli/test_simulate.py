@@ -305,6 +305,34 @@ def test_asking_for_what_is_not_installed_is_usage() -> None:
     assert (done.returncode, done.stderr.split(":")[0]) == (2, "error[C113]")
 
 
+@pytest.mark.parametrize("first", ["true", "false"])
+def test_warnings_are_those_of_the_model_that_runs(
+    first: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = f"""
+model Rod
+  parameter Boolean found = {first};
+  parameter Real length(start=1, fixed=not found);
+  Real x(start=2, fixed=true);
+initial equation
+  if found then
+    length = x;
+  end if;
+equation
+  der(x) = -length*x;
+end Rod;
+"""
+    Path("rod.pmo").write_text(text)
+    then = "false" if first == "true" else "true"
+    command = ["simulate", "rod.pmo", "--set", f"found={then}", "--stop", "1", "-o", "rod.csv"]
+    assert run(command) == 0
+    captured = capsys.readouterr()
+    printed = captured.out + captured.err
+    assert "note[C116]" in printed
+    assert ("warning[F286]" in printed) == (then == "false")
+
+
 def test_a_structural_parameter_is_set_by_compiling_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
