@@ -44,7 +44,6 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
     ("Modelica.Blocks.Tables.Internal", _BLOCKS / "Tables" / "Internal.pmo", ()),
     ("Modelica.Blocks.Sources", _BLOCKS / "Sources" / "CombiTimeTable.pmo", ("CombiTimeTable",)),
     ("Modelica.Utilities.Streams", _OWN, ("error",)),
-    ("Modelica.Utilities.Strings", _OWN, ("isEmpty",)),
     ("Modelica.Math.Random.Utilities", _OWN, ("initializeImpureRandom",)),
     ("ModelicaServices.ExternalReferences", _OWN, ("loadResource",)),
 )
