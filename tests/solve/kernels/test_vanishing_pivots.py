@@ -31,7 +31,7 @@ end Pair;
 
 
 def test_a_small_block_passes_its_zero_coefficient(backend: str) -> None:
-    result = planarc.load(PAIR, backend=backend).simulate(1.0, tolerance=1e-9, intervals=10)
+    result = planarc.load(PAIR, backend=backend).simulate(1.0, tolerance=1e-10, intervals=10)
     p = 1 - 2 * result.time
     assert 0.0 in p
     assert result["a"] == pytest.approx((p + 2) / (p**2 + 1), rel=1e-12)
