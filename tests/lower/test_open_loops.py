@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -128,7 +129,9 @@ algorithm
     assert refused.value.diagnostics[0].code == "L322"
 
 
-def test_a_course_that_is_not_known_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_course_that_is_not_known_is_looked_for_once(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Each of three outputs is a call of its own, with the same arguments."""
     text = """model M
   function halved
@@ -156,6 +159,7 @@ end M;"""
         return plain(self, *args)
 
     monkeypatch.setattr(Runner, "_split", counted)
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # a remembered model looks for nothing
     result = planarc.load(text).simulate(1)
     assert [result[name][0] for name in "abc"] == [40 / 64, 6, 64]
     assert len(ways) == MAX_WAYS
