@@ -203,9 +203,7 @@ class Cvode(Integrator):
             self._create(t)
         session.begun = True
         self._measure()
-        session.call(
-            "SVtolerances", SHARE * self._settings.tolerance * self.sharp, self._vectors[2]
-        )
+        session.call("SVtolerances", self._relative, self._vectors[2])
         session.call("SetInitStep", step or 0.0)
         if directions:
             session.call("SetRootDirection", (C.c_int * len(directions))(*directions))
