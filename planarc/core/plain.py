@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import pickle
 from enum import Enum
+from pathlib import PosixPath, WindowsPath
 from typing import Any
 
 from msgspec import Struct
@@ -19,8 +20,8 @@ _CLASSES = (Struct, Enum, tuple, Source)
 _OTHERS = {
     ("array", "array"),
     ("array", "_array_reconstructor"),
-    ("pathlib", "PosixPath"),
-    ("pathlib", "WindowsPath"),
+    # Python 3.13 pickles paths by the name of a module inside `pathlib`.
+    *((kind.__module__, kind.__name__) for kind in (PosixPath, WindowsPath)),
 }
 
 

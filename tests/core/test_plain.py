@@ -6,7 +6,7 @@ import os
 import pickle
 import subprocess
 from array import array
-from pathlib import Path
+from pathlib import Path, PosixPath, WindowsPath
 from typing import Any
 
 import pytest
@@ -26,6 +26,13 @@ def test_data_comes_back() -> None:
     assert back["b"][0].severity is Severity.WARNING
     assert back["b"][0].span.text == "model"
     assert back["b"][1:] == data["b"][1:]
+
+
+def test_paths_are_read_as_this_python_writes_them() -> None:
+    """Compiled models hold them: a reader that refuses them compiles every model anew."""
+    for kind in (PosixPath, WindowsPath):
+        assert (kind.__module__, kind.__name__) in plain._OTHERS
+    assert plain.loads(pickle.dumps(Path("a/m.pmo"))) == Path("a/m.pmo")
 
 
 class Calls:

@@ -83,7 +83,7 @@ LONGEST_STEP = 1 / 50
 SHORTEST_STEP = 1e-20
 
 #: States up to which the corrector eliminates; beyond, GMRES.
-LARGEST_DENSE = 200
+LARGEST_DENSE = 100
 #: Steps that one Jacobian may serve, until the corrector's matrix is set up next; CVODE's own
 #: choice is 51. One of a point beside a singular position has huge entries: Newton's steps with
 #: it are next to nothing, pass for convergence, and neither corrector nor error test sees

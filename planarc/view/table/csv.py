@@ -114,7 +114,7 @@ def _header(file: BinaryIO) -> tuple[list[str], int]:
         raise ValueError("it is not UTF-8 text") from None
     except csv.Error as problem:
         raise _unreadable(1, problem) from None
-    if not names or names[0] not in {"time", "time [s]"}:
+    if not names or names[0].lower() not in {"time", "time [s]"}:
         raise ValueError("its first column is not `time`")
     return names, lines.line_num + 1
 

@@ -183,6 +183,14 @@ def test_a_result_without_rows_is_written(result: Result, tmp_path: Path) -> Non
         assert len(read_table(tmp_path / f"e{suffix}")["time"]) == 0
 
 
+@pytest.mark.parametrize("title", ["time", "Time", "TIME [s]"])
+def test_the_first_column_may_be_spelt_as_other_tools_do(tmp_path: Path, title: str) -> None:
+    (tmp_path / "other.csv").write_text(f'"{title}","x"\n0,1\n2,3\n', encoding="utf-8")
+    table = read_table(tmp_path / "other.csv")
+    assert table["time"].tolist() == [0, 2]
+    assert table["x"].tolist() == [1, 3]
+
+
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
