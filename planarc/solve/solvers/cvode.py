@@ -8,15 +8,15 @@ The linear systems of the corrector are dense: an acceleration depends on all an
 of a chain. Up to `LARGEST_DENSE` states they are eliminated. Beyond, GMRES solves them
 from products of the Jacobian with vectors, one evaluation of the right-hand side each,
 so that a step costs as much as a few right-hand sides, and these are linear in the size
-of the mechanism. Microseconds a step of a chain of N rods, 2N states, tolerance 1e-6:
+of the mechanism. Microseconds a step of a chain of N rods, 2N states, tolerance 1e-6, all
+variables stored 500 times:
 
-    N                 80    160    320
-    elimination      125    350   1550
-    GMRES            110    260    750
+    N                 30     50     80    160    320
+    elimination       60    145    260    930   5800
+    GMRES             50     95    110    205    570
 
-(with all variables stored; the Jacobian by differences and its elimination take 2/3 of
-350). GMRES has no preconditioner: where stiffness makes it take many products a step,
-the run goes on with elimination.
+GMRES has no preconditioner: where stiffness makes it take many products a step, the run goes on
+with elimination.
 
 The Jacobian of machine code is differenced: of a chain of N rods that costs 2N right-hand
 sides. From formulas it takes a third of that from N = 20 on, and as long for N = 5,
@@ -26,19 +26,19 @@ sides. From formulas it takes a third of that from N = 20 on, and as long for N 
     us from formulas             24    450
     ms to compile these          60    250
 
-so that a run of 10 s (45 Jacobians) becomes 10 to 17 % shorter, and compiling pays only where
-there are a hundred times as many: from `MOST_DIFFERENCES` on, they are compiled.
+so that a run of 10 s of 20 rods (160 Jacobians) becomes a third shorter, and compiling pays
+where there are three times as many: from `MOST_DIFFERENCES` on, they are compiled.
 
 CVODE's own differences are some 1e-17 long for states near zero where steps are short, so that
 rounding tells what depends on what, and bodies that hang still drift apart by some 1e-10 m a step.
 Where touches tell that from rest, differences suit the nominal values of the states.
 
-`tolerance` T is passed on as it is: relative tolerance T, absolute tolerance T times
-the nominal value of each state. No factor is hidden here. It bounds the error of one step,
-in the mean over the states, so the error of a run is some hundred times as large: for a
-pendulum of 5 s 3e-5 at 1e-6, 4e-7 at 1e-8, 7e-9 at 1e-10, 2e-10 at 1e-12 (Adams and LSODA: a
-half to a tenth of it). The last digits of T, or of a parameter, change the steps, and with
-these the error by a factor of up to 4 either way.
+Of the `tolerance` T, steps are held to the relative tolerance `SHARE` T and the absolute tolerance
+`SHARE` T times the nominal value of each state. That bounds the error of one step, in the mean over
+the states, so the error of a run is some hundred times as large: for the pendulum of the README, in
+5 s, 8e-5 at 1e-6, 2e-6 at 1e-8, 1e-8 at 1e-10, 4e-10 at 1e-12 (Adams and LSODA: twice to a tenth of
+it). The last digits of T, or of a parameter, change the steps, and with these the error by a factor
+of up to 4 either way.
 
 Reference: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31(3), 2005, 363-396.
 
@@ -93,7 +93,7 @@ JACOBIAN_FOR = 2
 SHARE = 0.7
 #: Right-hand sides spent on differences before formulas are compiled: about where these would
 #: have paid for it.
-MOST_DIFFERENCES = 50_000
+MOST_DIFFERENCES = 30_000
 #: States from which compiled formulas are quicker than differences of machine code.
 FEWEST_COMPILED = 16
 #: Vectors that GMRES keeps before it gives up; the number CVODE recommends.
