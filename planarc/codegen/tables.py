@@ -9,6 +9,7 @@ candidates, discrete variables but texts, inputs, parameters and constants.
 
 from __future__ import annotations
 
+from planarc.codegen.reach import held_names, is_held
 from planarc.codegen.sections import Sections
 from planarc.core.source import Span
 from planarc.core.unit import rate_text
@@ -212,13 +213,19 @@ class Tables:
         )
 
     def delays(self) -> tuple[DelayCode, ...]:
-        found = []
-        parameters = {p.name for p in self._dae.parameters}
-        for d in self._dae.delays:
+        found, dae = [], self._dae
+        if not dae.delays:
+            return ()
+        parameters = {p.name for p in dae.parameters}
+        held = held_names(self._sorted.levels, parameters | {v.name for v in dae.discretes})
+        for d in dae.delays:
             slot, sign = self._home(d.signal)
             varies = d.interval.is_symbol and d.interval.name not in parameters
             interval = self._home(d.interval.name)[0] if varies else None
-            found.append(DelayCode(slot, sign, d.interval, interval, d.maximum, d.text, d.span))
+            home = self._sections.homes.get(d.signal)
+            stays = d.signal in held if home is None else is_held(home, held)
+            told = (d.interval, interval, d.maximum, stays)
+            found.append(DelayCode(slot, sign, *told, d.text, d.span))
         return tuple(found)
 
     def whens(self) -> tuple[WhenCode, ...]:

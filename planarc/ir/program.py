@@ -247,13 +247,15 @@ class WhenCode(Data):
 
 class DelayCode(Data):
     """A delayed signal: sign * w[slot]. How long it is delayed is an expression of
-    parameters, or w[interval_slot] and at most `maximum`, again of parameters."""
+    parameters, or w[interval_slot] and at most `maximum`, again of parameters. `held`: it
+    changes at events only."""
 
     slot: int
     sign: int
     interval: Expr
     interval_slot: int | None
     maximum: Expr | None
+    held: bool
     text: str
     span: Span
 

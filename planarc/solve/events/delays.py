@@ -6,7 +6,8 @@ Out:  `Delays`   what the run tells at its start, at every step, at events
 On every step each signal is interpolated through its values at six points of the step,
 so that the past is as accurate as the integrator's own dense output. Steps are no longer
 than the shortest delay, so the past is always complete; only a delay that changes may ask
-for what lies ahead of it, and gets the tangent.
+for what lies ahead of it, and gets the tangent. A signal that changes at events only bounds
+no step: what lies ahead of its past, up to the next kink, is its last value.
 
 A *kink* is an instant at which signals may jump: the start, and events. It comes back when
 each delay has passed. The integrator is led there and restarts, and what it lost of its
@@ -55,7 +56,7 @@ class Delays:
     def __init__(self, program: Program, kernel: Kernel, start: float, span: float) -> None:
         self.present = bool(program.delays)
         self._kernel, self._codes, self._span = kernel, program.delays, span
-        self._history = kernel.history
+        self._history, self._all_held = kernel.history, all(d.held for d in program.delays)
         self._intervals, self._most = list[float | None](), list[float]()
         self._longest = 0.0
         if self.present:
@@ -76,7 +77,12 @@ class Delays:
     @property
     def longest_step(self) -> float:
         """The longest step that the integrator may make."""
-        steps = [self._span * LONGEST_STEP if i is None else i for i in self._intervals]
+        lengths = zip(self._codes, self._intervals, strict=True)
+        steps = [
+            self._span * LONGEST_STEP if i is None else i
+            for d, i in lengths
+            if i is None or not d.held
+        ]
         return min(steps, default=math.inf)
 
     # The start
@@ -118,7 +124,8 @@ class Delays:
         if not end > begin:
             return True
         values: list[Sequence[float]] = [self._last]
-        times = [begin, *(begin + x * (end - begin) for x in _inner_points()), end]
+        inner = () if self._all_held else _inner_points()
+        times = [begin, *(begin + x * (end - begin) for x in inner), end]
         for t in times[1:]:
             y = stepper.y if t == end else stepper.interpolate(t)
             if self._kernel.outputs(t, y) != 0:
@@ -126,10 +133,19 @@ class Delays:
             values.append(self._signals())
         first = max(self._resumed, begin - NEGLIGIBLE * (end - begin))
         times[0], values[0] = self._history.merge(first, begin, values[0])
-        self._history.append(times[0], end, _fitted(times, values))
+        found = [] if self._all_held else _fitted(times, values)
+        self._history.append(times[0], end, self._exact(values[-1], found))
         self._last = list(values[-1])
         self._history.forget(end - self._longest)
         return self._in_range(end)
+
+    def _exact(self, values: Sequence[float], fitted: list[list[float]]) -> list[list[float]]:
+        """The polynomials of a piece, where held signals have no slope, not even by rounding: a
+        long step would be led away by that."""
+        return [
+            [value, *(0.0,) * DEGREE] if d.held else fitted[i]
+            for i, (d, value) in enumerate(zip(self._codes, values, strict=True))
+        ]
 
     def _in_range(self, t: float) -> bool:
         for d, most in zip(self._codes, self._most, strict=True):

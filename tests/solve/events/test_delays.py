@@ -111,6 +111,50 @@ def test_jump_comes_back_exactly(tmp_path: Path, backend: str) -> None:
     assert [e.time for e in result.events] == pytest.approx([0.5, 0.75, 0.8, 1.0, 1.25])
 
 
+@pytest.mark.parametrize("sign", ["", "-"])
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_a_held_signal_bounds_no_step(tmp_path: Path, backend: str, sign: str) -> None:
+    """Long and short delays of what changes at events only, beside a motion that is smooth."""
+    body = f"""
+      Integer n(start=0, fixed=true);
+      Real u = {sign}n;
+      Real late = delay(u, 0.001);
+      Real later = delay(2*u + 1, 1.25);
+      Real x(start=1, fixed=true);
+    equation
+      der(x) = -0.01*x;
+      when sample(0.5, 0.5) then
+        n = pre(n) + 1;
+      end when;
+      annotation(experiment(StopTime=10, Interval=0.1));
+    """
+    result = run(tmp_path, body, backend)
+    for name, interval, scale, start in (("late", 0.001, 1, 0), ("later", 1.25, 2, 1)):
+        t = result.time - interval
+        clear = abs(2 * t - np.round(2 * t)) > 1e-6  # beside the jumps
+        exact = start + scale * (-1 if sign else 1) * np.maximum(np.floor(2 * t), 0)
+        assert result[name][clear] == pytest.approx(exact[clear], abs=0)
+    assert result["x"] == pytest.approx(np.exp(-0.01 * result.time), rel=1e-7)
+    assert result.statistics.steps < 2000
+    times = sorted({round(e.time, 9) for e in result.events})
+    jumps = {k / 2 for k in range(1, 21)}
+    back = {j + d for j in jumps for d in (0.001, 1.25) if j + d <= 10}
+    assert times == pytest.approx(sorted(jumps | back))
+
+
+def test_of_held_and_smooth_signals_the_smooth_ones_bound_steps(tmp_path: Path) -> None:
+    body = """
+      Real u = delay(if time < 0.5 then 1 else 3, 0.01);
+      Real y = delay(sin(5*time), 0.01);
+      annotation(experiment(StopTime=1));
+    """
+    result = run(tmp_path, body)
+    assert result["y"] == pytest.approx(np.sin(5 * np.maximum(result.time - 0.01, 0)), abs=1e-10)
+    far = abs(result.time - 0.51) > 1e-9
+    assert result["u"][far] == pytest.approx(np.where(result.time < 0.51, 1, 3)[far], abs=0)
+    assert result.statistics.steps >= 100
+
+
 @pytest.mark.parametrize("solver", ["auto", "lsoda"])
 def test_relay_oscillates(tmp_path: Path, solver: str) -> None:
     # x rises at 1 until 0.3 s after it passed 0.2, and falls likewise: a triangle.
