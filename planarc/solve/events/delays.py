@@ -182,10 +182,10 @@ class Delays:
         return found if found > after else math.inf
 
     def kink(self, t: float, generation: int = 0) -> None:
-        """Signals may jump here, or lose their smoothness."""
+        """Signals may jump here, or lose their smoothness, which held ones do not have."""
         if generation < GENERATIONS:
-            for interval, ahead in zip(self._intervals, self._ahead, strict=True):
-                if interval is not None:
+            for d, interval, ahead in zip(self._codes, self._intervals, self._ahead, strict=True):
+                if interval is not None and not (d.held and generation):
                     ahead.append((t, generation))
 
     def cross(self, t: float) -> int | None:

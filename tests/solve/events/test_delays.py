@@ -135,7 +135,7 @@ def test_a_held_signal_bounds_no_step(tmp_path: Path, backend: str, sign: str) -
         exact = start + scale * (-1 if sign else 1) * np.maximum(np.floor(2 * t), 0)
         assert result[name][clear] == pytest.approx(exact[clear], abs=0)
     assert result["x"] == pytest.approx(np.exp(-0.01 * result.time), rel=1e-7)
-    assert result.statistics.steps < 2000
+    assert result.statistics.steps < 650  # 764 where kinks go on, 10,000 where steps are bounded
     times = sorted({round(e.time, 9) for e in result.events})
     jumps = {k / 2 for k in range(1, 21)}
     back = {j + d for j in jumps for d in (0.001, 1.25) if j + d <= 10}
