@@ -133,19 +133,11 @@ class Delays:
             values.append(self._signals())
         first = max(self._resumed, begin - NEGLIGIBLE * (end - begin))
         times[0], values[0] = self._history.merge(first, begin, values[0])
-        found = [] if self._all_held else _fitted(times, values)
-        self._history.append(times[0], end, self._exact(values[-1], found))
+        held = [[v, *(0.0,) * DEGREE] for v in values[-1]] if self._all_held else None
+        self._history.append(times[0], end, held or _fitted(times, values))
         self._last = list(values[-1])
         self._history.forget(end - self._longest)
         return self._in_range(end)
-
-    def _exact(self, values: Sequence[float], fitted: list[list[float]]) -> list[list[float]]:
-        """The polynomials of a piece, where held signals have no slope, not even by rounding: a
-        long step would be led away by that."""
-        return [
-            [value, *(0.0,) * DEGREE] if d.held else fitted[i]
-            for i, (d, value) in enumerate(zip(self._codes, values, strict=True))
-        ]
 
     def _in_range(self, t: float) -> bool:
         for d, most in zip(self._codes, self._most, strict=True):
