@@ -20,7 +20,7 @@ Promises:  order is kept; every step is in exactly one of the three parts; a lat
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 
 from planarc.core.data import Data
 from planarc.ir.expr import Expr, Op, below
@@ -28,7 +28,6 @@ from planarc.ir.sorted import Assignment, Block, Level, Step, computed
 
 # Where it counts: an enumeration looks up its members by a function.
 _CONST, _SYMBOL = Op.CONST, Op.SYMBOL
-_HELD = (Op.CONST, Op.PRE, Op.EVENT)
 #: Number of tears below which a linear block of the top level is solved from its matrix as it
 #: is: that is hardly sparse.
 FEWEST = 8
@@ -74,28 +73,10 @@ def split_steps(
     )
 
 
-def is_constant(value: Expr, parameters: Collection[str]) -> bool:
+def is_constant(value: Expr, parameters: set[str]) -> bool:
     """Whether parameters alone make the value."""
     return all(
         e.args or e.op is _CONST or (e.op is _SYMBOL and not e.data[1] and e.data[0] in parameters)
-        for e in below((value,))
-    )
-
-
-def held_names(levels: Iterable[Level], known: Iterable[str]) -> set[str]:
-    """The variables that change at events only. `known`: parameters and discrete variables."""
-    names = set(known)
-    steps = (step for level in levels for step in level.steps)
-    for step in steps:
-        if isinstance(step, Assignment) and step.target.order == 0 and is_held(step.value, names):
-            names.add(step.target.name)
-    return names
-
-
-def is_held(value: Expr, held: Collection[str]) -> bool:
-    """Whether a value changes at events only, given the variables that do."""
-    return all(
-        e.args or e.op in _HELD or (e.op is _SYMBOL and not e.data[1] and e.data[0] in held)
         for e in below((value,))
     )
 

@@ -9,7 +9,7 @@ candidates, discrete variables but texts, inputs, parameters and constants.
 
 from __future__ import annotations
 
-from planarc.codegen.reach import held_names, is_held
+from planarc.codegen.held import Held
 from planarc.codegen.sections import Sections
 from planarc.core.source import Span
 from planarc.core.unit import rate_text
@@ -217,13 +217,13 @@ class Tables:
         if not dae.delays:
             return ()
         parameters = {p.name for p in dae.parameters}
-        held = held_names(self._sorted.levels, parameters | {v.name for v in dae.discretes})
+        held = Held(self._sorted)
         for d in dae.delays:
             slot, sign = self._home(d.signal)
             varies = d.interval.is_symbol and d.interval.name not in parameters
             interval = self._home(d.interval.name)[0] if varies else None
             home = self._sections.homes.get(d.signal)
-            stays = d.signal in held if home is None else is_held(home, held)
+            stays = d.signal in held.names if home is None else held(home)
             told = (d.interval, interval, d.maximum, stays)
             found.append(DelayCode(slot, sign, *told, d.text, d.span))
         return tuple(found)

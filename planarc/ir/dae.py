@@ -27,6 +27,8 @@ INITIAL = "$initial"
 TERMINAL = "$terminal"
 #: With an index: true in the pass of an event in which one of several conditions became true.
 EDGE = "$edge"
+#: With an index, discrete: whether the argument of a rounding function began in an odd interval.
+PHASE = "$phase"
 #: A parameter: the time at which the run starts, for start values that depend on it.
 START_TIME = "$start"
 #: The part of `actual` in what `homotopy` gives, of a model that leads to a start

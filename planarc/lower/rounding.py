@@ -57,7 +57,7 @@ def _phase(scope: Scope, x: Expr, span: Span) -> Expr:
     known = model.phases.get(x)
     if known is not None:
         return known
-    symbol = t.symbol(f"$phase[{len(model.phases) + 1}]")
+    symbol = t.symbol(f"{dae.PHASE}[{len(model.phases) + 1}]")
     odd = t.call("mod", t.call("floor", x), t.const(2))
     value = t.if_(t.symbol(dae.INITIAL), odd, t.pre(symbol.name))
     variable = dae.Variable(symbol.name, dae.Kind.REAL, protected=True, span=span)

@@ -162,6 +162,45 @@ def test_of_held_and_smooth_signals_the_smooth_ones_bound_steps(tmp_path: Path) 
     assert result.statistics.steps >= 100
 
 
+def test_what_is_rounded_with_events_is_held(tmp_path: Path) -> None:
+    body = """
+      Integer n(start=0, fixed=true);
+      Integer m = integer(delay(n, 0.003));
+      Real last = delay(m, 0.004);
+    equation
+      when sample(0.5, 0.5) then
+        n = pre(n) + 1;
+      end when;
+      annotation(experiment(StopTime=10, Interval=0.1));
+    """
+    result = run(tmp_path, body)
+    assert result.statistics.steps < 1000  # 2,500 where they are bounded
+    t = result.time - 0.007
+    clear = abs(2 * t - np.round(2 * t)) > 1e-6
+    exact = np.maximum(np.floor(2 * t), 0)
+    assert result["last"][clear].tolist() == exact[clear].tolist()
+
+
+@pytest.mark.parametrize(
+    "signal", ["if b then 1 else 0", "noEvent(integer(2*x + integer(y)))", "noEvent(integer(2*x))"]
+)
+def test_what_changes_without_an_event_is_not_held(tmp_path: Path, signal: str) -> None:
+    """A discrete variable with an equation is another one from row to row."""
+    body = f"""
+      Real x(start=0, fixed=true);
+      Real y = 0.3;
+      Boolean b = noEvent(x > 0.5);
+      Integer k = {signal};
+      Real late = delay(k, 0.002);
+    equation
+      der(x) = 1;
+      annotation(experiment(StopTime=1, Interval=0.25));
+    """
+    result = run(tmp_path, body)
+    assert result.events == ()
+    assert result.statistics.steps >= 500
+
+
 @pytest.mark.parametrize("solver", ["auto", "lsoda"])
 def test_relay_oscillates(tmp_path: Path, solver: str) -> None:
     # x rises at 1 until 0.3 s after it passed 0.2, and falls likewise: a triangle.
