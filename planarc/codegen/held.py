@@ -15,7 +15,6 @@ from planarc.ir.expr import Expr, Op, fold
 from planarc.ir.sorted import Assignment, SortedDae
 
 _ALWAYS = (Op.CONST, Op.PRE, Op.EVENT)
-_NEVER = (Op.TIME, Op.PAST)
 
 
 class Held:
@@ -39,8 +38,6 @@ class Held:
         def of(e: Expr) -> bool:
             if e.op is Op.SYMBOL:
                 return e.order == 0 and e.name in self.names
-            if e.op in _NEVER:
-                return False
             made = bool(e.args) and all(memo[a] for a in e.args)
             return made or e.op in _ALWAYS or _is_watched(e)
 
