@@ -22,14 +22,15 @@ def evaluate(
     root: Expr,
     leaf: Callable[[Expr], Any],
     apply: Callable[[Expr, Sequence[Any]], Any] = apply_function,
+    values: dict[Expr, Any] | None = None,
 ) -> Any:
     """The value of an expression; `leaf` gives that of symbols, time, pre and events, `apply`
-    that of functions, of numbers as the leaves are.
+    that of functions, of numbers as the leaves are. `values` are known, and are added to.
 
     Python's arithmetic errors come through (ZeroDivisionError, ValueError, OverflowError).
     Of a condition's branches only the one that it chooses is evaluated.
     """
-    values: dict[Expr, Any] = {}
+    values = {} if values is None else values
     stack = [root]
     while stack:
         e = stack[-1]

@@ -16,7 +16,8 @@ from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
 from planarc.export.tables import count_texts
-from planarc.instance.actions import carry_values, endings, reader
+from planarc.instance.actions import carry_values, endings
+from planarc.instance.clauses import reader
 from planarc.instance.crowd.layout import Count, Of, Part
 from planarc.instance.plan import crowd_names
 from planarc.instance.text import text_constant

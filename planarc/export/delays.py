@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.formulas import formula, real
-from planarc.instance.actions import reader
+from planarc.instance.clauses import reader
 from planarc.instance.past.layout import sizes, work_size
 from planarc.instance.plan import Lags
 from planarc.ir.frame import Frame

@@ -24,8 +24,8 @@ from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
 from planarc.export.crowds import overlaps
 from planarc.export.fits import misfits
-from planarc.instance.actions import endings, reader
-from planarc.instance.clauses import warnings
+from planarc.instance.actions import endings
+from planarc.instance.clauses import reader, warnings
 from planarc.instance.plan import LETTERS, Jam, Own, crowd_names
 from planarc.instance.said import MARK
 from planarc.instance.text import text_constant

@@ -55,9 +55,8 @@ from planarc.instance.actions import (
     errors,
     first_misfit,
     first_warning,
-    reader,
 )
-from planarc.instance.clauses import ordered_discretes
+from planarc.instance.clauses import ordered_discretes, reader
 from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.crowd import layout as crowd
 from planarc.instance.plan import (

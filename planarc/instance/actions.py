@@ -12,7 +12,7 @@ Reference: `solve.events.whens`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from planarc.codegen.native.assembly import (
     FLAG,
@@ -28,9 +28,10 @@ from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import bit, formula, real
 from planarc.codegen.native.rolling import SHORTEST_SELDOM
 from planarc.codegen.native.spelled import is_spelled
-from planarc.instance.clauses import actions, keeps, ordered_discretes, warnings
+from planarc.instance.assignments import Assignments, long_branches
+from planarc.instance.clauses import actions, keeps, ordered_discretes, reader, slot_of, warnings
 from planarc.instance.plan import Jam, Own, crowd_names
-from planarc.instance.settling import ACTED, discrete
+from planarc.instance.settling import discrete
 from planarc.ir.dae import (
     EDGE,
     Action,
@@ -40,9 +41,9 @@ from planarc.ir.dae import (
     SetDiscrete,
     Terminate,
 )
-from planarc.ir.expr import Expr, Op
+from planarc.ir.expr import Expr
 from planarc.ir.frame import Frame
-from planarc.ir.program import Let, Program
+from planarc.ir.program import DiscreteSlot, Let, Program
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import unknowns
 from planarc.solve.events.whens import initial_conditions, own_slots
@@ -87,24 +88,6 @@ def numbers(program: Program) -> dict[int, int]:
     return found
 
 
-def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
-    """Leaves of a formula from the workspace."""
-
-    def leaf(e: Expr) -> Value:
-        return t if e.op is Op.TIME else w.load(REAL, slot_of(program, e))
-
-    return leaf
-
-
-def slot_of(program: Program, e: Expr) -> int:
-    """Where a leaf stands in the workspace."""
-    slot = program.slots.get(repr(e))
-    if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
-        slot = program.slots[e.data]
-    assert slot is not None, f"`{e}` has no value here"
-    return slot
-
-
 def carry_values(
     program: Program, formulas: Sequence[Expr], carrier: Carrier | None, c: Code, out: Value
 ) -> bool:
@@ -132,7 +115,7 @@ def action_functions(program: Program, asks: bool = False, warns: bool = False) 
             "declare void @px_copy(ptr, ptr, i64)",
             "declare void @px_warn(ptr, i64)" if warns else "",
             _branches(program),
-            _assign(program),
+            _assign(program, asks),
             _act(program, asks, warns),
             "" if asks else _samples(program),
             table("px_sampled", (slot for slot, *_ in program.samplers)),
@@ -163,51 +146,52 @@ def _branches(program: Program) -> str:
 
 
 def _each(
-    program: Program, c: Code, m: Value, do: Callable[[int, Action], None],
-    is_wanted: Callable[[Action], bool],
-) -> None:  # fmt: skip
-    """Write what is done where a branch acts."""
-    chosen, i = m.load(POINTER, Own.BRANCHES), 0
+    program: Program, c: Code, asks: bool, is_wanted: Callable[[Action], bool]
+) -> Iterator[dict[int, Action]]:
+    """What each branch does of what is wanted, by its places among all actions: where code is
+    written then, the branch acts. `asks`: a long branch is `Own.DOUBT`."""
+    m = c.arguments[0]
+    chosen, first = m.load(POINTER, Own.BRANCHES), 0
     for k, when in enumerate(program.whens):
         for number, (*_, found) in enumerate(when.branches, 1):
-            wanted = [(i + j, a) for j, a in enumerate(found) if is_wanted(a)]
-            i += len(found)
-            if wanted:
-                with c.when(chosen.load(INT, k).equals(number)):
-                    for place, action in wanted:
-                        do(place, action)
+            wanted = {i: a for i, a in enumerate(found, first) if is_wanted(a)}
+            first += len(found)
+            if not wanted:
+                continue
+            with c.when(chosen.load(INT, k).equals(number)):
+                if asks and (k, number) in long_branches(program):
+                    m.store(c.constant(1, INT), Own.DOUBT)
+                else:
+                    yield wanted
 
 
-def _assign(program: Program) -> str:
+def _assign(program: Program, asks: bool) -> str:
     c = Code("px_assign", FLAG, ((POINTER, "m"), (REAL, "t")))
-    m, t = c.arguments
-    w, number = m.load(POINTER, Frame.W), numbers(program)
-    leaf = reader(program, w, t)
-
-    def assign(i: int, action: Action) -> None:
-        assert isinstance(action, SetDiscrete)
-        value = real(c, formula(c, action.value, leaf))
-        if i in number:
-            with c.when(value.is_nan(), leaves=True):
-                m.store(c.constant(number[i], INT), Own.ENDED)
-                c.give(ACTED)
-        w.store(value, program.slots[action.name])
-
+    number, assigning = numbers(program), Assignments(program, c)
     discretes, count = ordered_discretes(program)
     resting = {d.name for d in discretes[:count]}
-    _each(program, c, m, assign, lambda a: isinstance(a, SetDiscrete) and a.name not in resting)
+    for found in _each(
+        program, c, asks, lambda a: isinstance(a, SetDiscrete) and a.name not in resting
+    ):
+        assigning.write({i: a for i, a in found.items() if isinstance(a, SetDiscrete)}, number)
+    m = c.arguments[0]
+    w = m.load(POINTER, Frame.W)
     with c.loop(count) as i:
         w.store(w.load(REAL, discrete(m, i, 1)), discrete(m, i, 0))
     chosen = m.load(POINTER, Own.BRANCHES)
     own, setters = own_slots(program), _setters(program)
-    for slot, pre in ((d.slot, d.pre) for d in discretes[count:] if d.slot in own):
-        kept = Value(c, "i1", "true")
-        for k, branch in setters[slot]:
-            kept = kept & ~chosen.load(INT, k).equals(branch)
-        with c.when(kept):
-            w.store(w.load(REAL, pre), slot)
+    kept: dict[tuple[tuple[int, int], ...], list[DiscreteSlot]] = {}
+    for d in discretes[count:]:
+        if d.slot in own:
+            kept.setdefault(tuple(setters[d.slot]), []).append(d)
+    for branches, listed in kept.items():
+        quiet = Value(c, "i1", "true")
+        for k, branch in branches:
+            quiet = quiet & ~chosen.load(INT, k).equals(branch)
+        with c.when(quiet):
+            assigning.copy([d.slot for d in listed], [d.pre for d in listed])
     c.give(0)
-    return c.text(SELDOM)
+    return assigning.text() + c.text(SELDOM)
 
 
 def _setters(program: Program) -> dict[int, list[tuple[int, int]]]:
@@ -258,12 +242,12 @@ def _act(program: Program, asks: bool, warns: bool) -> str:
             with c.when(~bit(c, formula(c, action.condition, leaf))):
                 c.run("px_warn", m, c.constant(warned[i], INT))
 
-    def strike(_: int, action: Action) -> None:
-        struck.set(c.constant(1, INT))
-
-    _each(program, c, m, act, lambda a: isinstance(a, Terminate | Reinit | Assertion))
+    for found in _each(program, c, asks, lambda a: isinstance(a, Terminate | Reinit | Assertion)):
+        for i, action in found.items():
+            act(i, action)
     if not crowd_names(program) and any(isinstance(a, Impact) for a in actions(program)):
-        _each(program, c, m, strike, lambda a: isinstance(a, Impact))
+        for _ in _each(program, c, asks, lambda a: isinstance(a, Impact)):
+            struck.set(c.constant(1, INT))
         goes_on = m.load(INT, Own.ENDED).equals(0) & m.load(INT, Own.OVER).equals(0)
         with c.when(struck.get().equals(1) & goes_on):
             c.run("px_impact", m, t)

@@ -1,9 +1,12 @@
-"""What clauses of a model do, in order, and the variables that they set."""
+"""What clauses of a model do, in order, the variables that they set, and those that they read."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from planarc.codegen.native.assembly import REAL, Value
 from planarc.ir.dae import Action, Assertion, SetDiscrete
-from planarc.ir.expr import Op
+from planarc.ir.expr import Expr, Op
 from planarc.ir.program import DiscreteSlot, Program
 from planarc.solve.events.whens import own_slots
 
@@ -31,4 +34,23 @@ def ordered_discretes(program: Program) -> tuple[tuple[DiscreteSlot, ...], int]:
     changed = {a.name for a in actions(program) if isinstance(a, SetDiscrete) and not keeps(a)}
     own = own_slots(program)
     kept = tuple(d for d in program.discretes if d.slot in own and d.name not in changed)
-    return kept + tuple(d for d in program.discretes if d not in kept), len(kept)
+    slots = {d.slot for d in kept}
+    return kept + tuple(d for d in program.discretes if d.slot not in slots), len(kept)
+
+
+def reader(program: Program, w: Value, t: Value) -> Callable[[Expr], Value]:
+    """Leaves of a formula from the workspace."""
+
+    def leaf(e: Expr) -> Value:
+        return t if e.op is Op.TIME else w.load(REAL, slot_of(program, e))
+
+    return leaf
+
+
+def slot_of(program: Program, e: Expr) -> int:
+    """Where a leaf stands in the workspace."""
+    slot = program.slots.get(repr(e))
+    if slot is None and e.op is Op.PRE:  # of a continuous variable: before a reinit
+        slot = program.slots[e.data]
+    assert slot is not None, f"`{e}` has no value here"
+    return slot

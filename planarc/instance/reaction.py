@@ -18,7 +18,6 @@ from planarc.codegen.native.formulas import declarations
 from planarc.codegen.native.machine import Events
 from planarc.instance.actions import action_functions
 from planarc.instance.block import copy_functions
-from planarc.instance.clauses import actions
 from planarc.instance.plan import Table, crowd_names
 from planarc.instance.relations import relation_table, zero_functions
 from planarc.instance.settling import settling_functions
@@ -58,15 +57,11 @@ _PAST = """
 declare double @pc_past(ptr, i64, i64, double)
 declare double @pc_external(i64, i64, i64, ptr)
 """
-#: An array that is set at an index that varies is as many actions as it has elements.
-MOST_ACTIONS = 400
 
 
 def texts_of(program: Program) -> Events | None:
-    """The texts; None where nothing switches, where clauses have so many actions that code for them
-    does not pay, and of crowds, which steps of one length follow."""
-    many = len(actions(program)) > MOST_ACTIONS
-    if many or not program.switches or crowd_names(program):
+    """The texts; None where nothing switches, and of crowds, which steps of one length follow."""
+    if not program.switches or crowd_names(program):
         return None
     touches = bool(Points(program).all)
     kind = "touches" if touches else "relations"

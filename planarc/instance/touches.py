@@ -11,7 +11,8 @@ from planarc.codegen.native.assembly import POINTER, REAL, SELDOM, Code, table
 from planarc.codegen.native.carried import Carrier
 from planarc.codegen.native.formulas import formula, real
 from planarc.core.diagnostic import Diagnostic
-from planarc.instance.actions import carry_values, reader
+from planarc.instance.actions import carry_values
+from planarc.instance.clauses import reader
 from planarc.instance.contact.area import Reads
 from planarc.instance.plan import Jam, Touch
 from planarc.ir.frame import Frame

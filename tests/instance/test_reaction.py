@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -315,24 +316,78 @@ def test_whatever_switches(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert equal(native, python)
 
 
-def test_python_does_very_many_actions() -> None:
-    """An array that is set at an index that varies is as many actions as it has elements."""
-    text = """
+BUFFER = """
 model Buffer
-  discrete Real x[1000](each start=0, each fixed=true);
+  parameter Integer n = 500;
+  discrete Real x[n](each start=0, each fixed=true), y[n](each start=1, each fixed=true);
+  discrete Real total(start=0, fixed=true);
   discrete Integer k(start=1, fixed=true);
+  Real u = {input};
 algorithm
-  when sample(0, 0.1) then
-    x[k] := time;
+  when {{sample(0, 0.01), u < 0.4}} then
+    x[k] := u*k;
+    y[n + 1 - k] := u - time;
     k := pre(k) + 1;
+  elsewhen sample(0.005, 0.1) then
+    x[k] := -1;
+  end when;
+equation
+  when sample(0, 0.02) then
+    total = sum(x[i]*y[i] for i in 1:5);
   end when;
   annotation(experiment(StopTime=1));
 end Buffer;
 """
-    model = compiled(text)
-    assert texts_of(model.program) is None
-    run = simulate(model.program, model.load(), RunOptions())
-    assert np.allclose(run.data[-1, run.stored[model.program.slots["x[3]"]]], 0.2)
+
+
+def test_arrays_are_set_in_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is set at an index that varies is as many actions as it has elements."""
+    model = compiled(BUFFER.format(input="exp(-time)"))
+    native, python, count = both(model, monkeypatch)
+    assert count.asked > 100
+    assert count.left == 0
+    assert equal(native, python)
+    last = {s.name: native.data[-1, native.stored[s.slot]] for s in model.program.discretes}
+    before = [0.01 * i for i in range(92)]  # ln(0.4) lies behind the last of them
+    expected = [math.exp(-t) * (i + 1) for i, t in enumerate(before)]
+    assert [last[f"x[{i + 1}]"] for i in range(92)] == pytest.approx(expected, rel=1e-6)
+    texts = texts_of(model.program)
+    assert texts is not None
+    short = texts_of(compiled(BUFFER.format(input="exp(-time)").replace("500", "250")).program)
+    assert short is not None
+    assert texts.own.count("fcmp") == short.own.count("fcmp") < 100, "a loop is code once"
+
+
+def test_python_tells_which_element_has_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = BUFFER.format(input="if time < 0.245 then 1 else sqrt(noEvent(0.245 - time) - 1)")
+    native, python, count = both(compiled(text), monkeypatch)
+    assert count.left == 1
+    assert native.ended is not None
+    assert native.ended == python.ended
+    assert equal(native, python)
+
+
+def test_python_does_what_would_be_long_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each element is a formula of its own."""
+    text = """
+model Long
+  discrete Real x[60](each start=1, each fixed=true);
+  discrete Integer k(start=0, fixed=true);
+equation
+  when sample(0, 0.5) then
+    for i in 1:60 loop
+      x[i] = sum(sin(j*time) for j in i:i + 90 + mod(7*i, 60));
+    end for;
+  end when;
+  when sample(0, 0.1) then
+    k = pre(k) + 1;
+  end when;
+  annotation(experiment(StopTime=1));
+end Long;
+"""
+    native, python, count = both(compiled(text), monkeypatch)
+    assert 0 < count.left < count.asked
+    assert equal(native, python)
 
 
 def test_a_kernel_goes_with_its_last_owner() -> None:

@@ -5,8 +5,8 @@ Out:  slots set, and the first action that has no value, if any
 
 An array that is set at an index that varies is as many assignments as it has elements, of
 which each pass of every event does all: code for the whole branch does them some fifty times
-as fast as its expressions one by one, and is made once it pays. Passes of one instant mostly read
-the same values: then what they set is put back as it was.
+as fast as a walk through its expressions, and is made once it pays. Passes of one instant mostly
+read the same values: then what they set is put back as it was.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from typing import Any
 from msgspec import Struct
 
 from planarc.evaluate.tape import Assigning, prepare_assignments
+from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Action, SetDiscrete
-from planarc.ir.expr import Expr
+from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import FEW, Kernel
 from planarc.ir.once import once
 from planarc.ir.program import Program
@@ -31,7 +32,7 @@ class Branch(Struct):
     actions: tuple[SetDiscrete, ...]
     targets: tuple[int, ...]  # the slots that they set
     others: tuple[Action, ...]  # what the branch does beside
-    done: int = 0  # assignments done so far, until there is code
+    passes: int = 0  # so far, until there is code
     code: Assigning | None = None
 
 
@@ -56,8 +57,8 @@ class Assignments:
     def do(self, actions: Sequence[Action]) -> SetDiscrete | None:
         """Assign; gives an action without value."""
         branch = self._branches[id(actions)]
-        branch.done += len(branch.actions)
-        if branch.code is None and branch.done > OFTEN:
+        branch.passes += 1
+        if branch.code is None and branch.passes > OFTEN:
             branch.code = prepare_assignments(_pairs(branch), self._read.slot)
         if branch.code is not None:
             failed = self._by_code(branch, branch.code)
@@ -93,11 +94,22 @@ class Assignments:
         return failed
 
     def _one_by_one(self, branch: Branch) -> int:
+        values: dict[Expr, Any] = {}  # of expressions, as long as nothing that they read is set
+        read: set[int] = set()
+
+        def leaf(e: Expr) -> float:
+            if e.op is not Op.TIME:
+                read.add(self._read.slot(e))
+            return self._read.leaf(e)
+
         for i, (slot, value) in enumerate(_pairs(branch)):
             try:
-                self._w[slot] = float(self._read(value))
+                self._w[slot] = float(evaluate(value, leaf, values=values))
             except (ArithmeticError, ValueError):
                 return i
+            if slot in read:
+                values.clear()
+                read.clear()
         return -1
 
 

