@@ -181,7 +181,7 @@ def _function(e: Expr) -> Callable[..., Any]:
     if e.op is Op.CALL:
         return elementary.TABLE[e.data].value
     function, output, _ = e.data
-    return lambda *args: external.number(function, output, args)
+    return lambda *args: external.number(function, output, [*args])
 
 
 def _safe(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -123,10 +123,11 @@ def _run(name: str, arguments: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def number(name: str, output: int, arguments: Sequence[float]) -> float:
-    """A result of a function of numbers, nan where it has no value."""
+    """A result of a function of numbers, nan where it has no value. A tuple holds floats."""
     call = _run if name == _DRAWN else call_numbers
+    given = arguments if isinstance(arguments, tuple) else tuple(map(float, arguments))
     try:
-        return call(name, tuple(map(float, arguments)))[output]
+        return call(name, given)[output]
     except (ValueError, IndexError, OverflowError):
         return float("nan")
 

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 #: Instants nearer to each other than that many last digits, or than so many seconds, are one:
 #: what follows from parameters and what an integrator finds agree no better.
 DIGITS, SAME = 256, 1e-14
+_PART = DIGITS * float_info.epsilon
 #: More ticks than this of one sampler take no run to its end.
 MOST_TICKS = 1e9
 
@@ -103,10 +104,14 @@ class Schedule:
         """The first instant that lies after a time."""
         if not (self.samplers or self.instants):
             return math.inf
-        times = [s.next() for s in self.samplers if s.interval > 0]
-        later = (t for t in times if t > after and not same(t, after))
-        place = bisect_right(self.instants, after + room(after))
-        return min(*later, *self.instants[place : place + 1], math.inf, math.inf)
+        found = math.inf
+        if self.instants:
+            place = bisect_right(self.instants, after + room(after))
+            found = min((found, *self.instants[place : place + 1]))
+        for sampler in self.samplers:
+            if sampler.interval > 0 and after < (t := sampler.next()) < found:
+                found = found if same(t, after) else t
+        return found
 
     def switching(self, t: float) -> dict[int, bool]:
         begin, end = (bisect_right(self.instants, t + way) for way in (-2 * room(t), 2 * room(t)))
@@ -125,11 +130,13 @@ class Schedule:
 
 def room(t: float) -> float:
     """How far two instants may be apart that are one."""
-    return max(SAME, DIGITS * float_info.epsilon * abs(t))
+    return max(SAME, _PART * abs(t))
 
 
 def same(a: float, b: float) -> bool:
-    return a == b or abs(a - b) <= room(min(abs(a), abs(b)))
+    """Whether two instants are one: within the `room` of the one that lies nearer to zero."""
+    apart = abs(a - b)
+    return a == b or apart <= SAME or (apart <= _PART * abs(a) and apart <= _PART * abs(b))
 
 
 _Values = Mapping[Expr, Expr]

@@ -58,6 +58,7 @@ class Events:
         self.touches = _of_touches(program, self._whens) if program.whens else frozenset[int]()
         self.crossings.touches = self.touches
         self._remember, self._integers = _discrete(program)
+        self._ticks: dict[int, str] = {}  # causes, by the samplers that have fired
 
     @cached_property
     def _whens(self) -> Whens:
@@ -260,11 +261,16 @@ class Events:
 
     def causes(self, crossing: Iterable[int], samples: Iterable[int]) -> tuple[str, ...]:
         """The causes of an event, as texts."""
-        from planarc.solve.messages.event import ticked
+        texts = [self.program.relations[i].text for i in crossing]
+        return (*texts, *map(self._tick, samples))
 
-        program, read = self.program, self._whens.reader(0.0)
-        texts = [program.relations[i].text for i in crossing]
-        return (*texts, *(ticked(program, read, i) for i in samples))
+    def _tick(self, i: int) -> str:
+        """What a sampler is called: its ticks are known before a run."""
+        if i not in self._ticks:
+            from planarc.solve.messages.event import ticked
+
+            self._ticks[i] = ticked(self.program, self._whens.reader(0.0), i)
+        return self._ticks[i]
 
     def owners(self, crossing: Iterable[int]) -> tuple[str, ...]:
         """The components of relations."""

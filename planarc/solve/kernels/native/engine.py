@@ -37,7 +37,7 @@ _SIGNATURES: Final[Mapping[str, tuple[Any, ...]]] = MappingProxyType(
 def _external(function: int, output: int, count: int, arguments: Any) -> float:
     """A function of `planarc.runtime.external`, as native code calls it."""
     try:
-        return external.number(_EXTERNALS[function], output, arguments[:count])
+        return external.number(_EXTERNALS[function], output, tuple(arguments[:count]))
     except Exception:  # nothing may go up through machine code
         return math.nan
 
