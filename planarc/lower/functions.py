@@ -180,6 +180,7 @@ def _derivative(scope: Scope, call: _Call) -> tuple[Value, ...]:
 
 def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     function, runner = call.function, _started(scope, call)
+    asserted, count = scope.model.assertions, len(scope.model.assertions)
     with scope.model.undone_on_error():
         for variable in (*function.outputs, *function.locals):
             runner.declare(variable)
@@ -187,6 +188,7 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
             runner.run_body(function.body)
         except OutsideArray as problem:
             raise runner.outside(problem) from None
+    asserted[count:] = [scope.model.called(a, call.span) for a in asserted[count:]]
     missing = [v.name for v in function.outputs if v.name not in runner.values]
     if missing:
         message = f"function `{function.name}` gives its output `{missing[0]}` no value"

@@ -1,7 +1,9 @@
-"""The one value in the user's text that an assertion of a library is about.
+"""The one place in the user's text that an assertion of a library is about.
 
 In:   FlatModel, an assertion on parameters alone
 Out:  the place of that value; NOWHERE where there are several, or none
+In:   an assertion in a function, and a place where that is called
+Out:  the call, where the user wrote that and not the function
 
 Example: of `Polygon contour1(vertices=corners)` the assertion asks `hollow`, which follows from
 `vertices` inside of the library: the place is that of the value of `corners`.
@@ -9,12 +11,13 @@ Example: of `Polygon contour1(vertices=corners)` the assertion asks `hollow`, wh
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from planarc.core.source import NOWHERE, Span
-from planarc.ir import flat
+from planarc.ir import dae, flat
 from planarc.ir.flatwalk import names_in
 from planarc.ir.places import is_own
 
@@ -43,6 +46,12 @@ class Given(Struct, dict=True):
             names += inner
             seen |= inner
         return next(iter(places.values())) if len(places) == 1 else NOWHERE
+
+    def called(self, assertion: dae.Assertion, call: Span) -> dae.Assertion:
+        own = partial(is_own, self.source)
+        if assertion.given is not NOWHERE or own(assertion.span) or not own(call):
+            return assertion
+        return replace(assertion, given=call)
 
     def _origin(self, value: flat.Expression) -> flat.Expression:
         """The value of the parameter that a value names, where that is written in the text."""

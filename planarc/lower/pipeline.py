@@ -49,7 +49,8 @@ def lower(source: flat.FlatModel, blended: bool = False) -> dae.Dae:
 def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     source = release_parameters(source)
     functions = {f.name: f for f in source.functions}
-    model = Model(Exprs(), functions, inline, Given(source), blended=blended)
+    given = Given(source)
+    model = Model(Exprs(), functions, inline, given, given.called, blended=blended)
     way = _way(model) if blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))

@@ -56,6 +56,8 @@ class Model(Struct, dict=True):
     inline: Inline = _no_functions
     #: the place of the user's value that an assertion is about
     given: Callable[[flat.Assert], Span] = lambda _: NOWHERE
+    #: an assertion with the place of the user's call that it stands for, and a call of its function
+    called: Callable[[dae.Assertion, Span], dae.Assertion] = lambda a, _: a
     values: dict[str, Value] = field(default_factory=dict)
     parameters: set[str] = field(default_factory=set)
     discretes: set[str] = field(default_factory=set)
