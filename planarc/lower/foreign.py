@@ -3,7 +3,8 @@
 In:   flat.Function with an external call; a Runner whose values are the inputs
 Out:  the values of its outputs
 
-A function of numbers stays a call, one APPLY node for each scalar that it gives. A
+A function of numbers stays a call, one APPLY node for each scalar that it gives, but for one that
+solves linear equations (`solutions`). A
 function of texts is evaluated now: texts do not change while a model runs. What acts on
 the world outside is not done, and gives zeros.
 
@@ -23,6 +24,7 @@ from planarc.ir import flat
 from planarc.ir.expr import Expr
 from planarc.lower.assignment import zero_of
 from planarc.lower.scope import Scope, unsupported
+from planarc.lower.solutions import SOLVER, as_unknowns
 from planarc.lower.statements import Runner
 from planarc.lower.values import Text, Value, exprs
 from planarc.runtime import external
@@ -41,7 +43,8 @@ def call_external(runner: Runner, function: flat.Function, span: Span) -> tuple[
         v.name: zero_of(t, runner.scope.table) for v, t in zip(function.outputs, types, strict=True)
     }
     if external.is_of_numbers(name):
-        row = _results(runner.scope, name, given)
+        solved = as_unknowns(runner.scope, given, span) if name == SOLVER else None
+        row = solved or _results(runner.scope, name, given)
         found = {n: _next(empty[n], row) for n in function.results}
     elif external.is_of_texts(name):
         found = _text_results(runner.scope, function, given, span)

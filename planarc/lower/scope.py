@@ -23,6 +23,8 @@ from planarc.lower.values import Value
 DELAY = "$delay["
 #: Beginning of those of values whose derivatives are given.
 GIVEN = "$given["
+#: Unknowns of linear equations that a function solves, see `solutions`.
+SOLUTION = "$solution["
 
 #: Results of a call, from the scope, the function's name, its arguments and the call's place.
 Inline: TypeAlias = "Callable[[Scope, str, Sequence[Value], Span], tuple[Value, ...]]"
@@ -80,6 +82,8 @@ class Model(Struct, dict=True):
     #: continuous variables that delays and given derivatives need, with their equations
     added: list[tuple[dae.Variable, dae.Equation]] = field(default_factory=list)
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
+    #: unknowns of linear equations, by the entries of these, see `solutions`
+    solutions: dict[tuple[object, ...], tuple[Expr, ...]] = field(default_factory=dict)
     #: calls, by the function's name and its arguments, whose course is not known
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
@@ -140,7 +144,7 @@ class Model(Struct, dict=True):
     def _is_steady_symbol(self, e: Expr) -> bool:
         if e.name in self.parameters or e.name in self.discretes:
             return True
-        return e.name.startswith("$") and not e.name.startswith((DELAY, GIVEN))
+        return e.name.startswith("$") and not e.name.startswith((DELAY, GIVEN, SOLUTION))
 
     def relation(self, zero: Expr, strict: bool, text: str, span: Span) -> Expr:
         """The stored truth of `zero < 0` (strict) or `zero <= 0`; equal ones share it."""

@@ -1,11 +1,12 @@
-"""Classes of planarc's own in the place of those that a standard library writes in C.
+"""Classes of planarc's own in the place of those that a standard library does not write itself.
 
 In:   StoredDefinition   a file of a library that a user gives
 Out:  StoredDefinition   the same, some of its classes replaced and a few added
 
 A user's copy of the Modelica Standard Library takes the place of the embedded one.
 Its tables are external objects, which planarc does not run; here a table is a record
-of its data, and the functions that look into it are the embedded library's.
+of its data, and the functions that look into it are the embedded library's. Its linear
+algebra is LAPACK's, written in Fortran; here that of SciPy.
 
 Example: `Modelica.Blocks.Tables.CombiTable1Ds` of the user's library stays and calls
 `Internal.getTable1DValue(tableID, 1, u)`; that function comes from `library.pmo`, and
@@ -25,6 +26,7 @@ from planarc.ir import syntax
 Read = Callable[[Path], syntax.StoredDefinition]
 
 _OWN = Path(__file__).parent / "library.pmo"
+_LAPACK = Path(__file__).parent / "lapack.pmo"
 _BLOCKS = stdlib() / "Modelica" / "Blocks"
 
 #: Package -> file, and the names of the classes in it that are put into the package; without
@@ -44,6 +46,8 @@ _SOURCES: tuple[tuple[str, Path, tuple[str, ...]], ...] = (
     ("Modelica.Blocks.Tables.Internal", _BLOCKS / "Tables" / "Internal.pmo", ()),
     ("Modelica.Blocks.Sources", _BLOCKS / "Sources" / "CombiTimeTable.pmo", ("CombiTimeTable",)),
     ("Modelica.Utilities.Streams", _OWN, ("error",)),
+    ("Modelica.Math.Matrices.LAPACK", _LAPACK, ()),
+    ("Modelica.Math.Matrices", _OWN, ("LU", "inv", "det")),
     ("Modelica.Math.Random.Utilities", _OWN, ("initializeImpureRandom",)),
     ("ModelicaServices.ExternalReferences", _OWN, ("loadResource",)),
 )

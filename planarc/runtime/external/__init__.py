@@ -40,6 +40,22 @@ _NUMBERS = {
     "ModelicaRandom_automaticGlobalSeed": ("random", "automatic_seed"),
     "ModelicaFFT_kiss_fftr": ("fourier", "real_spectrum"),
     JOINED: ("text", "joined"),
+    "planarc_solution": ("linear", "solution"),
+    "planarc_factors": ("linear", "factors"),
+    "planarc_solutionByFactors": ("linear", "solution_by_factors"),
+    "planarc_inverseByFactors": ("linear", "inverse_by_factors"),
+    "planarc_reciprocalCondition": ("linear", "reciprocal_condition"),
+    "planarc_cholesky": ("linear", "cholesky"),
+    "planarc_leastSquares": ("linear", "least_squares"),
+    "planarc_constrainedLeastSquares": ("linear", "constrained_least_squares"),
+    "planarc_eigenvalues": ("linear", "eigenvalues"),
+    "planarc_generalEigenvalues": ("linear", "general_eigenvalues"),
+    "planarc_singularValues": ("linear", "singular_values"),
+    "planarc_orthogonalFactors": ("linear", "orthogonal_factors"),
+    "planarc_orthogonal": ("linear", "orthogonal"),
+    "planarc_schur": ("linear", "schur"),
+    "planarc_reorderedSchur": ("linear", "reordered_schur"),
+    "planarc_sylvester": ("linear", "sylvester"),
 }
 _IMPURE = frozenset({_DRAWN, "ModelicaRandom_automaticGlobalSeed"})
 _TEXTS = {
