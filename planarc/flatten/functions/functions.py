@@ -112,13 +112,25 @@ def _make(cls: Class, session: Session, span: Span) -> FunctionInfo:
         if cls.definition.partial:
             raise error("F295", f"the function `{cls.name}` is partial and cannot be called", span)
         _fill(cls, static_instance(cls), signature, session)
-    except PlanarcError:
+    except PlanarcError as problem:
         cls.function = None
-        raise
+        raise _at_call(problem, cls, session, span) from None
     if signature.called_early and signature.captures:
         raise unsupported("recursive functions that use variables of the model", "12.4", span)
     signature.done = True
     return info
+
+
+def _at_call(problem: PlanarcError, cls: Class, session: Session, span: Span) -> PlanarcError:
+    """What is wrong in a library's function, told where the user calls it."""
+    own, first = session.own_files(), problem.diagnostics[0]
+    places = [d.span for d in problem.diagnostics]
+    if type(problem) is not PlanarcError or span.source.name not in own:
+        return problem
+    if any(place is None or place.source.name in own for place in places):
+        return problem
+    there = Related(f"this stands in `{cls.name}`", first.span, detail=True)
+    return PlanarcError(replace(first, span=span, related=(*first.related, there)))
 
 
 def _unique_name(name: str, session: Session) -> str:
