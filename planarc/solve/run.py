@@ -284,6 +284,7 @@ class Run(Begun):
         self.recorder.cut(0)
         self.asserts.forget(0)
         self.records.clear()
+        self._chatter.forget()
         self.states.take(selection)
         self.kernel.accept(t)
         self.restart(t, y)

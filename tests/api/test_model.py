@@ -269,3 +269,12 @@ def test_the_only_example_of_a_package_is_taken() -> None:
     assert planarc.load(text).name == "P.B"
     with pytest.raises(planarc.UsageError, match=r"C107.*`P\.A`, `P\.B`"):
         planarc.load(text.replace("annotation(experiment(StopTime=1));", ""))
+
+
+@pytest.mark.parametrize("u", [2.0, lambda t: 2.0], ids=["number", "function"])
+def test_inputs_of_a_model_whose_states_switch(u: Any) -> None:
+    text = """model Saw input Real u; Real x(start=0, fixed=true); equation der(x) = u;
+    when x > 0.2 then reinit(x, 0); end when; end Saw;"""
+    result = planarc.load(text).simulate(0.95, inputs={"u": u})
+    assert len(result.events) == 9
+    assert result["x"][-1] == pytest.approx(0.1, abs=1e-6)

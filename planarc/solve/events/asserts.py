@@ -92,7 +92,8 @@ class AssertWatch:
 
         Unless `all_rows` are to be looked at, a few new ones wait for more.
         """
-        first, last = self._checked, recorder.count
+        last = recorder.count
+        first = min(self._checked, last)  # rows behind a failure were taken back
         if self._active is None and first < last:
             # What parameters alone break is the reason of what else is broken.
             self._active = (*self._broken_constants(), *self._varying)

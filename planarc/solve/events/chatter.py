@@ -42,6 +42,10 @@ class Chatter:
         self._touches = touches
         self._program, self._crossings = program, crossings
         self._tolerance, self._span, self._start = request.tolerance, request.span, request.start
+        self.forget()
+
+    def forget(self) -> None:
+        """The run goes on from another instant: what happened before says nothing of it."""
         #: The step to begin with after the present event, where the integrator might step
         #: over the whole of what is between two switches.
         self.step: float | None = None

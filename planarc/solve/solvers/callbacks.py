@@ -14,7 +14,7 @@ from planarc.solve.solvers.zeros import Zeros
 
 _RHS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.c_void_p, C.c_void_p)
 _JACOBIAN = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 7)
-_ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, C.c_void_p, C.POINTER(C.c_double), C.c_void_p)
+_ROOTS = C.CFUNCTYPE(C.c_int, C.c_double, *(C.c_void_p,) * 3)
 
 
 class Callbacks:
@@ -48,10 +48,11 @@ class Callbacks:
         return _RHS(self._session.guarded(rhs))
 
     def roots(self, zeros: Zeros, relations: int) -> Any:
-        numbers = self._numbers
+        numbers, values = self._numbers, C.c_double * relations
 
-        def roots(t: float, y: int, g: Any, _: object) -> int:
-            flag, self.zeros = zeros.roots(t, numbers(y), g), g[:relations]
+        def roots(t: float, y: int, g: int, _: object) -> int:
+            flag = zeros.roots(t, numbers(y), found := values.from_address(g))
+            self.zeros = found[:]
             return flag
 
         return _ROOTS(self._session.guarded(roots))

@@ -147,3 +147,22 @@ def test_a_motion_that_cannot_be_is_refused(parallelogram: Model, pendulum: Mode
         parallelogram.drive({"A.phi": "-1 + time", "D.phi": "-1 + time"})
     with pytest.raises(PlanarcError, match="unknown name `foo`"):
         pendulum.drive("hinge.phi", "sin(foo)")
+
+
+def test_relations_switch_while_a_freedom_is_left() -> None:
+    text = """model Two
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute a(phi(start=0.1, fixed=true), w(fixed=true));
+  PlanarMultiBody.Joints.Revolute b(phi(fixed=true), w(fixed=true));
+  PlanarMultiBody.Parts.BodyShape upper(r={1, 0}, m=1), lower(r={1, 0}, m=1);
+  Boolean above = a.phi > 0.05;
+equation
+  connect(world.frame_b, a.frame_a);
+  connect(a.frame_b, upper.frame_a);
+  connect(upper.frame_b, b.frame_a);
+  connect(b.frame_b, lower.frame_a);
+end Two;"""
+    driven = load(text).drive("b.phi", "0.5*sin(2*time)", stop_time=1)
+    away = np.abs(driven["a.phi"] - 0.05) > 1e-6  # not the row before it switches
+    assert np.array_equal(driven["above"][away] == 1, driven["a.phi"][away] > 0.05)
+    assert {0, 1} == {*driven["above"]}

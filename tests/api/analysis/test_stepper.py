@@ -128,6 +128,21 @@ def test_events_are_taken_back_too() -> None:
             assert (s["n"], s["x"], s.time) == (0, 0, 0)
 
 
+@pytest.mark.parametrize("way", ["reset", "restore"])
+def test_what_switches_once_in_each_episode_does_not_chatter(way: str) -> None:
+    text = """model Pushed Real x(start=0, fixed=true), v(start=0, fixed=true); equation
+    der(x) = v; der(v) = -x + (if x > 0.1 then 4 else 1); annotation(experiment(StopTime=3));
+    end Pushed;"""
+    with planarc.load(text).stepper(0.01) as s:
+        first, ends = s.save(), []
+        for _ in range(6):
+            for _ in range(60):
+                s.step()
+            ends.append(s["x"])
+            s.reset() if way == "reset" else s.restore(first)
+    assert ends == pytest.approx([ends[0]] * 6)
+
+
 def test_the_model_may_end_the_run() -> None:
     text = """model Fuse Real x(start=0, fixed=true); equation der(x) = 1;
     when x > 0.25 then terminate("enough"); end when;
