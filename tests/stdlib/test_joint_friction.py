@@ -159,3 +159,56 @@ def test_friction_alone_is_no_missing_drive() -> None:
     """The joint connects its own flange, which needs no drive then."""
     model = planarc.load("PlanarMultiBody.Examples.Loops.RubbingCrankSlider")
     assert not [w for w in model.warnings if w.code == "F319"]
+
+
+DRIVEN = """
+  Modelica.Mechanics.Translational.Sources.Position source(exact=true, s_ref={law});
+  Joints.PrismaticWithFriction slide(mu=0.2);
+  Parts.Body mass(m=2, I=0.1);
+equation
+  connect(source.flange, slide.axis);
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, mass.frame_a);
+"""
+
+
+@both_backends
+@pytest.mark.parametrize(
+    "law",
+    ["0.3*sin(3*time)", "0.3*cos(3*time)", "if time < 0.5 then 0 else (time - 0.5)^2"],
+    ids=["moving", "at its turn", "at rest for a while"],
+)
+def test_friction_against_a_given_motion(law: str, backend: str) -> None:
+    """No force moves it, and friction acts all the same, also once it has turned round."""
+    result = run(DRIVEN.format(law=law), 2.0, backend=backend)
+    v, friction = result["slide.v"], result["slide.friction"]
+    moving = np.abs(v) > 1e-4
+    assert np.allclose(friction[moving], -0.2 * 2 * G * np.sign(v[moving]))
+    assert {-1, 1} == {*np.sign(v[moving])} or "then 0" in law
+
+
+@both_backends
+def test_friction_of_a_slide_that_a_crank_drives(backend: str) -> None:
+    """It begins at its dead centre, where it does not slide yet."""
+    body = """
+  Joints.Revolute main(drivenFlange=true), crank, pin;
+  Modelica.Mechanics.Rotational.Sources.ConstantSpeed source(w_fixed=5);
+  Parts.BodyShape arm(r={0.2, 0}, m=1), rod(r={0.6, 0}, m=1, I=0.03);
+  Joints.PrismaticWithFriction slide(mu=0.2, s(start=0.8));
+  Parts.Body piston(m=1, I=0.1);
+equation
+  connect(source.flange, main.axis);
+  connect(world.frame_b, main.frame_a);
+  connect(main.frame_b, arm.frame_a);
+  connect(arm.frame_b, crank.frame_a);
+  connect(crank.frame_b, rod.frame_a);
+  connect(rod.frame_b, pin.frame_a);
+  connect(pin.frame_b, piston.frame_a);
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, piston.frame_a);
+"""
+    result = run(body, 2.0, backend=backend)
+    v, pressure, friction = (result[f"slide.{n}"] for n in ("v", "pressure", "friction"))
+    moving = np.abs(v) > 1e-4
+    assert np.allclose(friction[moving], -0.2 * (pressure * np.sign(v))[moving])
+    assert pressure[moving].min() > 1

@@ -30,6 +30,7 @@ from planarc.solve.contact.impacts import (
     MOVED,
     MOVES,
     NEAR,
+    NEGLIGIBLE,
     NOISE,
     OPEN,
     SHORT,
@@ -54,7 +55,7 @@ def _begin(c: Code, m: Value) -> None:
     fill(c, kept(c, m, Kept.FIRST), zero(c), n)
     fill(c, kept(c, m, Kept.FALLS), zero(c), n)
     fill(c, kept(c, m, Kept.FORCE), c.constant(1.0, REAL), n * 2)
-    for which, value in ((Seen.FASTEST, 0.0), (Seen.STRONGEST, 0.0), (Seen.MOST, 1e-300)):
+    for which, value in ((Seen.FASTEST, 0.0), (Seen.STRONGEST, 0.0), (Seen.MOST, 0.0)):
         seen(c, m, which).store(value)
     seen(c, m, Seen.BEGINS).store(whole(c, 1))
     c.give()
@@ -320,10 +321,14 @@ def _impact(c: Code, m: Value, t: Value, asks: bool) -> None:
     with c.when(~c.call(FLAG, "px_respond", m, t, k).equals(0), leaves=True):
         end(0, Jam.UNSOLVED)
     wide, first = k * 2, kept(c, m, Kept.FIRST)
+    pressing, strongest = largest_of(c, f_n, n), largest_of(c, free, n * 2, 1.0)
+    pressing = c.select(pressing.equals(0.0), c.constant(1.0, REAL), pressing)
+    effect = seen(c, m, Seen.MOST).load(REAL)
+    scale = c.select(effect * pressing > strongest * NEGLIGIBLE, effect, strongest / pressing)
     with c.loop(k) as j:
         i = here.load(INT, j)
         with c.when(slot(c, i, Touch.JOINT).equals(1)):  # as if a force of its own met a limit
-            response.store(seen(c, m, Seen.MOST).load(REAL), j * wide + j)
+            response.store(scale, j * wide + j)
         speeds.store(c.select(is_held(i), zero(c), v.load(REAL, i)), j)
         speeds.store(slip.load(REAL, i), k + j)
         errors = tolerance * first.load(REAL, i)  # of a run make such speeds

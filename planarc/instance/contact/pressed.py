@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from planarc.codegen.native.assembly import FLAG, INT, REAL, Code, Value, function
 from planarc.instance.block import larger
-from planarc.instance.contact.access import arrays, seen, slot, zero
-from planarc.instance.contact.area import Area, Seen
+from planarc.instance.contact.access import arrays, slot, zero
+from planarc.instance.contact.area import Area
 from planarc.instance.contact.cases import copy, fill, largest_of
 from planarc.instance.plan import Touch
 from planarc.instance.relations import attempt
@@ -71,8 +71,8 @@ def _next(c: Code, m: Value, rows: Value, n: Value) -> None:
 
 @function("i32 px_pressed(ptr m, double t, i64 count, double noise)")
 def _pressed(c: Code, m: Value, t: Value, count: Value, noise: Value) -> None:
-    here, listed, joints, given, x, presses, limits, errors, steps = arrays(
-        m, Area.HERE, Area.LIST, Area.JOINTS, Area.GIVEN, Area.FORCES, Area.PRESSES,
+    here, listed, joints, matrix, given, x, presses, limits, errors, steps = arrays(
+        m, Area.HERE, Area.LIST, Area.JOINTS, Area.MATRIX, Area.GIVEN, Area.FORCES, Area.PRESSES,
         Area.LIMITS, Area.ERRORS, Area.STEPS,
     )  # fmt: skip
     some = c.variable(0, INT)
@@ -84,7 +84,6 @@ def _pressed(c: Code, m: Value, t: Value, count: Value, noise: Value) -> None:
     n = some.get()
     with c.when(n.equals(0), leaves=True):
         c.give(c.call(FLAG, "px_forces", m, count, noise))
-    most = seen(c, m, Seen.MOST).load(REAL)
     rows, promised = c.variable(0, INT), c.variable(0, INT)
     fill(c, x, zero(c), count * 2)
     with c.loop(ROUNDS) as turn:
@@ -111,8 +110,8 @@ def _pressed(c: Code, m: Value, t: Value, count: Value, noise: Value) -> None:
         c.run("px_promised", m, rows.get(), n)
         promised.set((rows.get() - 1) * n)
         with c.loop(n) as r:
-            limit = steps.load(REAL, promised.get() + r)
-            given.store(zero(c) - most * limit, joints.load(INT, r))
+            limit, p = steps.load(REAL, promised.get() + r), joints.load(INT, r)
+            given.store(zero(c) - matrix.load(REAL, p * (count * 2) + p) * limit, p)
         with c.when(~c.call(FLAG, "px_forces", m, count, noise).equals(0), leaves=True):
             c.give(1)
     c.give(1)

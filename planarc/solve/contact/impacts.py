@@ -60,6 +60,9 @@ MOVED, MOVES = 1e-3, 1e-7
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
 LIMIT = 1e-9
+#: What presses so changes accelerations by no more than this part where the motion is given: what
+#: forces seem to do there is rounding.
+NEGLIGIBLE = 1e-8
 #: What is looked at before anything changes.
 READ = ("gap", "v", "a", "slip", "a_slip", "e", "mu", *KEPT)
 #: What a touch is that is open and has not just been.
@@ -78,7 +81,7 @@ class Impacts:
         self._falls = np.zeros(len(self._touches.all))  # accelerations after the last ones
         self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
         self._begins = True
-        self._most = 1e-300  # acceleration by 1 N that was seen
+        self._most = 0.0  # acceleration by 1 N that was seen
         self.components = self._touches.components
         self._begun = False
 
@@ -138,12 +141,15 @@ class Impacts:
         loose &= np.abs(self._touches.get("f_t")) >= (1 - LIMIT) * before["mu"] * (
             self._touches.get("f_n")
         )
+        pressing = float(np.abs(self._touches.get("f_n")).max()) or 1.0
         response = self._touches.respond(t, y, states, some.tolist())
         if response is None:
             return [], messages.unsolved(self._touches, t)
         self._most = max(self._most, float(np.abs(response[0].own).max()))
+        size = max(1.0, float(np.abs(response[1]).max()))
+        most = self._most if self._most * pressing > NEGLIGIBLE * size else size / pressing
         instant = _Instant(
-            self._touches, before, some, response[0], loose, self._fastest, self._most,
+            self._touches, before, some, response[0], loose, self._fastest, most,
             self._tolerance * self._first,  # errors of a run make such speeds
         )  # fmt: skip
         if (fixed := instant.fixed()) is not None:
