@@ -1,6 +1,7 @@
 """What a model does at events, in LLVM: its when-clauses, and when its samplers fire.
 
     px_branches(frame, initial)   which branch of each when-clause acts here
+    px_lefts(frame, t)            left limits of continuous variables, before anything acts
     px_assign(frame, t) -> flag   discrete variables set; what no clause sets keeps its left limit
     px_act(frame, t) -> moved     `reinit`, `assert`, `terminate`; 1 where a state was set anew
     px_samples(frame, rows)       starts and intervals
@@ -13,6 +14,7 @@ Reference: `solve.events.whens`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 from planarc.codegen.native.assembly import (
     FLAG,
@@ -46,6 +48,7 @@ from planarc.ir.frame import Frame
 from planarc.ir.program import DiscreteSlot, Let, Program
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import unknowns
+from planarc.solve.events.iteration import lefts
 from planarc.solve.events.whens import initial_conditions, own_slots
 
 
@@ -108,13 +111,16 @@ def carry_values(
 def action_functions(program: Program, asks: bool = False, warns: bool = False) -> str:
     """The functions and tables of a model's events. `asks`: a run in Python asks for them, which
     tells by itself what an action ends or warns of; `warns`: they tell that (`px_warn`)."""
+    followed = () if asks else lefts(program)
     return "\n".join(
         (
+            "declare i32 @pc_outputs(ptr, double, ptr)" if followed else "",
             "declare i64 @px_reinit(ptr, i64, double)",
             "declare void @px_impact(ptr, double)",
             "declare void @px_copy(ptr, ptr, i64)",
             "declare void @px_warn(ptr, i64)" if warns else "",
             _branches(program),
+            _lefts(followed, partial(reader, program)),
             _assign(program, asks),
             _act(program, asks, warns),
             "" if asks else _samples(program),
@@ -141,6 +147,23 @@ def _branches(program: Program) -> str:
                 acts = acts & ordinary
             found = c.select(acts, c.constant(number, INT), found)
         chosen.store(found, k)
+    c.give()
+    return c.text(SELDOM)
+
+
+def _lefts(
+    followed: Sequence[tuple[int, int, Expr]],
+    reader_of: Callable[[Value, Value], Callable[[Expr], Value]],
+) -> str:
+    c = Code("px_lefts", "void", ((POINTER, "m"), (REAL, "t")))
+    m, t = c.arguments
+    w = m.load(POINTER, Frame.W)
+    if followed:
+        c.call(FLAG, "pc_outputs", m, t, m.load(POINTER, Own.Y))
+    for slot, pre, value in followed:
+        found = real(c, formula(c, value, reader_of(w, t)))
+        w.store(found, slot)
+        w.store(found, pre)
     c.give()
     return c.text(SELDOM)
 

@@ -11,8 +11,9 @@
 Flags: 0, or what stands in the way: `UNSOLVED`, `ENDLESS`; `ACTED` where an action of the model
 ended the run, `Own.ENDED` and `Own.OVER` say how.
 
-Of the model's own are `px_branches(block, initial)`, which finds the actions, `px_assign(block, t)`
-and `px_act(block, t)`, which do them (`instance.actions`). The rules are those of
+Of the model's own are `px_lefts(block, t)`, which looks back before anything acts,
+`px_branches(block, initial)`, which finds the actions, `px_assign(block, t)` and
+`px_act(block, t)`, which do them (`instance.actions`). The rules are those of
 `solve.events.iteration`.
 """
 
@@ -140,6 +141,7 @@ def _iterate(c: Code, m: Value, t: Value, ahead: Value) -> Value:
     m.store(whole(c, 0), Own.TOUCHED)
     m.store(whole(c, 0), Own.EXACT)
     m.store(whole(c, Stale.ALL), Own.STALE)
+    c.run("px_lefts", m, t)
     flag = c.variable(c.call(FLAG, "px_zeros", m, t), FLAG)
     some, more = c.variable(0, INT), c.variable(0, INT)
     with c.loop(firing) as k, c.when(fired.load(INT, k).equals(1)):

@@ -37,6 +37,7 @@ declare i32 @pc_roots(ptr, double, ptr, ptr)
 declare i32 @pc_discrete(ptr, double)
 """
 _MODEL = """
+declare void @px_lefts(ptr, double)
 declare void @px_branches(ptr, i64)
 declare i32 @px_assign(ptr, double)
 declare i64 @px_act(ptr, double)

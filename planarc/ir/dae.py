@@ -29,6 +29,8 @@ TERMINAL = "$terminal"
 EDGE = "$edge"
 #: With an index, discrete: whether the argument of a rounding function began in an odd interval.
 PHASE = "$phase"
+#: With an index, discrete: a continuous variable whose left limit is asked for at events.
+LEFT = "$left"
 #: A parameter: the time at which the run starts, for start values that depend on it.
 START_TIME = "$start"
 #: The part of `actual` in what `homotopy` gives, of a model that leads to a start

@@ -10,6 +10,7 @@ from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.lower import delays, rounding, texts
+from planarc.lower.lefts import left_limit
 from planarc.lower.operators import relation
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.values import Text, Value, expr, exprs
@@ -56,8 +57,10 @@ def _pre(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
             return scope.table.pre(symbol.name)
         if symbol.name.startswith("$"):
             return scope.table.false
-        if scope.at_event or symbol.name in scope.model.parameters:
-            return symbol  # the value just before the event acts
+        if symbol.name in scope.model.parameters:
+            return symbol
+        if scope.at_event:
+            return left_limit(scope.model, symbol, span)
         message = f"`pre({symbol})` of a continuous variable stands outside of a when-clause"
         hint = "use `pre` on what changes at events only, such as a value that a `when` keeps"
         if span.text.startswith(("change(", "edge(")):

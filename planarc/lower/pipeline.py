@@ -27,6 +27,7 @@ from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
 from planarc.lower.given import Given
+from planarc.lower.lefts import Moving
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
 from planarc.lower.starts import start_discretes
@@ -50,7 +51,9 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     source = release_parameters(source)
     functions = {f.name: f for f in source.functions}
     given = Given(source)
-    model = Model(Exprs(), functions, inline, given, given.called, blended=blended)
+    model = Model(
+        Exprs(), functions, inline, given, given.called, blended=blended, is_moving=Moving(source)
+    )
     way = _way(model) if blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))

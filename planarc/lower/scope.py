@@ -88,6 +88,10 @@ class Model(Struct, dict=True):
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0
+    #: whether a variable is differentiated
+    is_moving: Callable[[str], bool] = lambda _: False
+    #: discrete variables that follow continuous ones, see `lefts`
+    lefts: dict[Expr, Expr] = field(default_factory=dict)
     #: the phase of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
     blended: bool = False  # `homotopy` gives actual and simplified values in parts

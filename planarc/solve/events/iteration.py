@@ -28,10 +28,11 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from planarc.core.diagnostic import PlanarcError
-from planarc.ir.dae import INITIAL, LARGEST_INTEGER, TERMINAL, Kind
+from planarc.ir.dae import INITIAL, LARGEST_INTEGER, LEFT, TERMINAL, Kind
+from planarc.ir.expr import Expr
 from planarc.ir.kernel import Copier, Kernel, Reactions, copier
 from planarc.ir.once import once
-from planarc.ir.program import DiscreteSlot, ParameterSlot, Program
+from planarc.ir.program import DiscreteSlot, Let, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import TimeFunction, known_functions
 from planarc.solve.events.snapshot import LAST_ITERATIONS, Snapshot, most_iterations, snapshot
@@ -58,6 +59,7 @@ class Events:
         self.touches = _of_touches(program, self._whens) if program.whens else frozenset[int]()
         self.crossings.touches = self.touches
         self._remember, self._integers = _discrete(program)
+        self._lefts = lefts(program)
         self._ticks: dict[int, str] = {}  # causes, by the samplers that have fired
 
     @cached_property
@@ -146,6 +148,8 @@ class Events:
         `ahead`, relations at zero keep the truth of this instant (the first row shows it)."""
         from planarc.solve.events.settling import Settling
 
+        if self._lefts:
+            self._look_back(t, y)
         quick = self._reacted(t, y, crossing, samples, states, ahead)
         if quick is not None:
             return quick
@@ -191,6 +195,14 @@ class Events:
         self.crossings.leave(settling.doubtful)
         self._refuse_inexact(t, done, self._integers)
         return done
+
+    def _look_back(self, t: float, y: Sequence[float]) -> None:
+        """What is asked for left limits takes the values before the event."""
+        w, read = self.kernel.w, self._whens.reader(t)
+        if self.kernel.outputs(t, y) != 0:
+            return
+        for slot, pre, value in self._lefts:
+            w[slot] = w[pre] = float(read(value))
 
     @cached_property
     def _reactions(self) -> Reactions | None:
@@ -318,6 +330,15 @@ def _of_touches(program: Program, whens: Whens) -> frozenset[int]:
         if own
         else (frozenset())
     )
+
+
+@once
+def lefts(program: Program) -> tuple[tuple[int, int, Expr], ...]:
+    """The slots of discrete variables that follow continuous ones, those of their left limits, and
+    what they follow."""
+    values = {s.target: s.value for s in program.discrete if isinstance(s, Let)}
+    followed = (d for d in program.discretes if d.name.startswith(f"{LEFT}["))
+    return tuple((d.slot, d.pre, values[program.table.symbol(d.name)]) for d in followed)
 
 
 @once

@@ -51,7 +51,8 @@ class Callbacks:
         numbers, values = self._numbers, C.c_double * relations
 
         def roots(t: float, y: int, g: int, _: object) -> int:
-            flag = zeros.roots(t, numbers(y), found := values.from_address(g))
+            found: Any = values.from_address(g)
+            flag = zeros.roots(t, numbers(y), found)
             self.zeros = found[:]
             return flag
 

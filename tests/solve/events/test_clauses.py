@@ -312,3 +312,52 @@ equation
         1.55,
     )
     assert [result[f"a[{i}]"][-1] for i in range(1, 11)] == [2, 4, 6, 8, 10, 6, 7, 8, 9, 10]
+
+
+UNIT_DELAY = """
+  block UnitDelay
+    input Real u;
+    output Real y(start=0, fixed=true);
+  equation
+    when sample(0.1, 0.1) then
+      y = pre(u);
+    end when;
+  end UnitDelay;
+"""
+#: What each model keeps of what, just behind the instants 0.1, 0.2, ...
+LEFTS = {
+    "one behind another": ("UnitDelay a, b; equation a.u = 1; b.u = a.y;", "b.y", [0, 1, 1, 1]),
+    "a sum": ("UnitDelay a; equation a.u = a.y + 1;", "a.y", [1, 2, 3, 4]),
+    "powers": ("UnitDelay a(y(start=1)); equation a.u = 2*a.y;", "a.y", [2, 4, 8, 16]),
+    "a sampled signal": (
+        "discrete Real s(start=0, fixed=true); UnitDelay a; equation a.u = s;"
+        " when sample(0.1, 0.1) then s = time; end when;",
+        "a.y",
+        [0, 0.1, 0.2, 0.3],
+    ),
+    "a step": (
+        "Real u = if time >= 0.2 then 1 else 0; UnitDelay a; equation a.u = u;",
+        "a.y",
+        [0, 0, 1, 1],
+    ),
+    "what moves": ("UnitDelay a; equation a.u = 3*time;", "a.y", [0.3, 0.6, 0.9, 1.2]),
+    "entries": (
+        "UnitDelay a[2]; equation a.u = {-a[2].y, a[1].y + 1};",
+        "a[2].y",
+        [1, 1, 0, 0],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", LEFTS.values(), ids=LEFTS)
+@pytest.mark.parametrize("solver", ["auto", "exported"])
+def test_a_clause_sees_the_value_before_its_event(
+    case: tuple[str, str, list[float]], solver: str, backend: str
+) -> None:
+    body, name, values = case
+    if solver == "exported" and backend == "numpy":
+        pytest.skip("what is exported is machine code")
+    text = f"model M\n{UNIT_DELAY}\n{body}\nend M;"
+    result = planarc.load(text, backend=backend).simulate(0.45, intervals=9, solver=solver)
+    found = [result[name][result.time < t][-1] for t in (0.19, 0.29, 0.39, 0.46)]
+    assert found == pytest.approx(values, abs=1e-9)
