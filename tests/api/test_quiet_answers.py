@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import planarc
+from planarc import PlanarcError
 from planarc.cli.app import run as command
 
 PENDULUM = Path(__file__).parents[2] / "examples" / "pendulum.pmo"
@@ -187,3 +189,90 @@ def test_an_index_of_0_is_told_where_counting_begins() -> None:
     told = refused(lambda: model.simulate(1.0)["r[0]"], "C201")
     assert "indices count from 1: the first is `r[1]`" in told
     assert "r[2]" not in told
+
+
+HANGING = """
+model Hanging
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute hinge(phi(start=0, fixed=true), w(fixed=true));
+  PlanarMultiBody.Parts.BodyShape rod(r={1, 0}, m=1);
+  PlanarMultiBody.Contacts.<part>;
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+  connect(<a>, touch.frame_a);
+  connect(<b>, touch.frame_b);
+end Hanging;
+"""
+
+
+@pytest.mark.parametrize(
+    ("part", "a", "b", "told"),
+    [
+        ("RevoluteStops touch(phi_min=-0.6)", "hinge.frame_a", "hinge.frame_b", "`touch.lower`"),
+        ("Rope touch(length=1.6)", "world.frame_b", "rod.frame_b", "`touch`"),
+    ],
+    ids=["stop", "rope"],
+)
+def test_a_state_of_rest_beyond_what_touches_is_none(part: str, a: str, b: str, told: str) -> None:
+    text = HANGING.replace("<part>", part).replace("<a>", a).replace("<b>", b)
+    if "Rope" in part:  # from above, so that it is taut before the rod hangs
+        text = text.replace("world.frame_b, touch", "above.frame_b, touch").replace(
+            "equation", "  PlanarMultiBody.Parts.Fixed above(r={0, 1});\nequation", 1
+        )
+    with pytest.raises(PlanarcError, match="the way down to rest leads through") as caught:
+        planarc.load(text).equilibrium()
+    (found,) = caught.value.diagnostics
+    assert found.code == "R471"
+    assert told in found.message
+    assert found.span is not None and found.span.text.startswith("touch")
+
+
+def test_what_only_presses_cannot_pull_at_rest() -> None:
+    """A ball that rests on the ground, under a spring that draws it up in the end."""
+    text = """
+model Drawn
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Prismatic slide(n={0, 1}, s(start=0.1, fixed=true), v(fixed=true));
+  PlanarMultiBody.Parts.Body ball(m=1, I=0.1);
+  PlanarMultiBody.Contacts.Contact floor(
+    redeclare PlanarMultiBody.Contacts.Circle contour1(R=0.1),
+    redeclare PlanarMultiBody.Contacts.HalfPlane contour2);
+  PlanarMultiBody.Forces.WorldForce pull(force={0, 20});
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, ball.frame_a);
+  connect(ball.frame_a, floor.frame_a);
+  connect(world.frame_b, floor.frame_b);
+  connect(ball.frame_a, pull.frame_b);
+end Drawn;
+"""
+    with pytest.raises(PlanarcError) as caught:
+        planarc.load(text).equilibrium()
+    assert {d.code for d in caught.value.diagnostics} == {"R471"}
+    held = planarc.load(text.replace("{0, 20}", "{0, 5}")).equilibrium()
+    assert held["slide.s"] == pytest.approx(0.1)
+
+
+def test_geared_shafts_rest_stably() -> None:
+    """The phase of their teeth is no way to go, and the turning of either is that of both."""
+    text = """
+model Geared
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Parts.Fixed ground(r={0.15, 0});
+  PlanarMultiBody.Joints.Revolute a(phi(fixed=true), w(start=3, fixed=true)), b(phi(fixed=true));
+  PlanarMultiBody.Parts.Body wheel(m=1, I=0.01), weight(m=1, I=0.05, r_CM={0.02, 0});
+  PlanarMultiBody.Contacts.GearPair pair(Ra=0.05, Rb=0.1);
+equation
+  connect(world.frame_b, a.frame_a);
+  connect(ground.frame_b, b.frame_a);
+  connect(a.frame_b, wheel.frame_a);
+  connect(b.frame_b, weight.frame_a);
+  connect(pair.frame_a, a.frame_b);
+  connect(pair.frame_b, b.frame_b);
+end Geared;
+"""
+    rest = planarc.load(text).equilibrium()
+    assert rest.kind == "stable"
+    assert math.cos(rest["b.phi"]) == pytest.approx(0, abs=1e-6)
+    assert math.sin(rest["b.phi"]) == pytest.approx(-1)

@@ -13,6 +13,9 @@ size grows as the accelerations fall, until they are Newton's own.
 
 Example: a pendulum of length 1 m hangs at phi = -pi/2, from whichever side it starts.
 
+What touches at the start is held, what is open stays open: where the way leads through a stop, or
+something that only presses would have to pull, there is no answer.
+
 Promises:  a start that is an equilibrium already is kept, even an unstable one (`stable`).
 Reference: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35(2), 1998, 508-523
            (pseudo-transient continuation).
@@ -42,6 +45,8 @@ STEPS = 500
 LONGEST = 0.3
 #: Accelerations below this part of the largest of the start (or of 1) count as zero.
 SMALL = 1e-9
+#: Overlaps beyond this, in m or rad, and forces beyond that part of the largest are not rounding.
+DEEP, ROUNDING = 1e-7, 1e-6
 #: Slopes of the pull below this, in 1/s2 or 1/s, are those of a plane.
 FLAT = 1e-7
 
@@ -98,9 +103,12 @@ def settle_down(point: Point) -> Equilibrium:
     pseudo = begin
     for step in range(STEPS):
         jacobian = derivative(way.pull, way.position())
-        growth = max((float(v.real) for v in np.linalg.eigvals(jacobian)), default=-np.inf)
+        growth = max(
+            (float(v.real) for v in np.linalg.eigvals(way.moving(jacobian))), default=-np.inf
+        )
         zero = SMALL * max(1.0, min(first, 100.0))
         if size <= zero and not (pseudo < 1e6 and step < 3 and size > 0):
+            refuse_beyond(point)
             stable, neutral = growth < -FLAT, abs(growth) <= FLAT
             return Equilibrium(point.starts(), point.values(), stable, step, neutral)
         if growth > 0 and size > zero:  # above a hill: no larger step than leads down from it
@@ -114,6 +122,23 @@ def settle_down(point: Point) -> Equilibrium:
     )
 
 
+def refuse_beyond(point: Point) -> None:
+    """Refuse a state of rest that the model's touches do not allow. Raises PlanarcError R471."""
+    from planarc.solve.contact import messages
+    from planarc.solve.contact.touches import Touches
+
+    touches = Touches(point.program, point.kernel)
+    if not len(touches.all) or not touches.evaluate(point.t, point.y.tolist()):
+        return
+    gap, pressing, held = (touches.get(n) for n in ("gap", "f_n", "held"))
+    least = ROUNDING * max(1.0, float(np.abs(pressing).max()))
+    through = ~touches.bound & (held == 0) & (gap < -DEEP)
+    pulled = ~touches.bound & (held != 0) & (pressing < -least)
+    for wrong, pulls in ((through, False), (pulled, True)):
+        for i in np.flatnonzero(wrong):
+            raise PlanarcError(messages.passed_through(touches, int(i), pulls))
+
+
 class _Way:
     """The place of the search: the states that are no velocities, and what pulls at them."""
 
@@ -122,12 +147,21 @@ class _Way:
         self.plan()
 
     def plan(self) -> None:
-        states = self.point.states
-        at = {c.slot: i for i, c in enumerate(states)}
-        pairs = {i: at[c.derivative] for i, c in enumerate(states) if c.derivative in at}
-        self.velocities = sorted(set(pairs.values()))
-        self.free = [i for i in range(len(states)) if i not in set(self.velocities)]
-        self.rates = [pairs.get(i, i) for i in self.free]
+        """What is free, and the slots of its rates: of a coordinate that is the acceleration, also
+        where its velocity follows from that of another one, which is the state."""
+        states, candidates = self.point.states, self.point.program.candidates
+        rates = {c.slot: c.derivative for c in candidates}
+        speeds = {*rates.values()}
+        self.velocities = [i for i, c in enumerate(states) if c.slot in speeds]
+        self.free = [i for i in range(len(states)) if i not in self.velocities]
+        first = [states[i].derivative for i in self.free]
+        self.coordinates = np.array([slot in rates for slot in first], dtype=bool)
+        self.rates = [rates.get(slot, slot) for slot in first]
+
+    def moving(self, jacobian: Vector) -> Vector:
+        """Without states that are constant, as the phase of teeth is: they are no way to go."""
+        moves = np.flatnonzero(jacobian.any(axis=1) | self.coordinates)
+        return jacobian[np.ix_(moves, moves)]
 
     def rest(self) -> None:
         y = self.point.y.copy()
@@ -141,7 +175,8 @@ class _Way:
     def pull(self, z: Vector) -> Vector:
         y = self.point.y.copy()
         y[self.free] = z
-        return self.point.rhs(y)[self.rates]
+        found: Vector = self.point.outputs(y)[self.rates]
+        return found
 
     def size(self) -> float:
         return float(np.linalg.norm(self.pull(self.position())))

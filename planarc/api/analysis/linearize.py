@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from msgspec.structs import replace
 
-from planarc.api.analysis.equilibrium import find_equilibrium
+from planarc.api.analysis.equilibrium import settle_down
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.analysis.response import Response, response, to_control, to_scipy
 from planarc.api.htmltable import html_table
@@ -204,7 +204,9 @@ def linearize(
     if isinstance(at, Mapping):
         given = start_values(model.program, at)
     elif at == "equilibrium":
-        given = find_equilibrium(model, options, inputs).start
+        point = open_point(model, options, inputs)
+        settle_down(point)
+        return at_point(point, names)
     elif isinstance(at, str) and at != "start":
         message = f"there is no point to linearize at called `{at}`"
         hint = "give `start`, `equilibrium` or a time in seconds"

@@ -75,6 +75,19 @@ def unsolved(touches: Touches, t: float) -> Diagnostic:
     return event.unsolved(touches.program, touches.kernel, t, ())
 
 
+def passed_through(touches: Points, i: int, pulled: bool) -> Diagnostic:
+    """The refusal of a state of rest beyond what touches, or held by what only presses."""
+    where = between(touches, i)
+    message = f"the way down to rest leads through {where}"
+    if pulled:
+        message = f"at rest {where} would have to pull, and can only press"
+    hint = (
+        "let a run come to rest, with some damping, and begin from there: "
+        "`--start-from RESULT`; or give start values at which it touches there"
+    )
+    return _found(touches, i, "R471", f"no equilibrium was found: {message}", hint)
+
+
 def lost(touches: Points, i: int, t: float) -> Diagnostic:
     """Where more is not known of what was not solved."""
     message = f"what follows from {named(touches, i)} at t = {t:.6g} s could not be solved"

@@ -2,7 +2,8 @@
 
 In:   Program, a kernel that holds the start, the uses of the start values
 Out:  a warning (R442) about the one that moved absurdly far, a note about one that is written and
-      was left on another side, or None; a warning about a speed that was asked for and not kept
+      was left on another side, or None; a warning about a speed that was asked for and not kept,
+      and about anything asked for that an initial equation decides
 
 Only coordinates of joints count: shafts behind gears may well be many turns away. An angle counts
 where its start is written, since only then its turns were meant; a way is compared with the parts.
@@ -40,8 +41,8 @@ _OTHER_SIDE, _NOTHING = 0.5, 0.1
 def judge_moved(
     program: Program, kernel: Kernel, held: Sequence[Held], given: Collection[int] = ()
 ) -> Diagnostic | None:
-    """The warning about the guess that moved farthest, where that is absurd; or about a speed that
-    was `given` for this run, by the slot of its start value, and is not kept."""
+    """The warning about the guess that moved farthest, where that is absurd; or about what was
+    `given` for this run, by the slot of its start value, and is not kept."""
     moved = [guess for guess in held if not guess.held and guess.value != guess.start]
     if not moved:
         return None
@@ -83,8 +84,10 @@ def _absurd(
 def _not_kept(
     program: Program, kernel: Kernel, moved: Sequence[Held], given: Collection[int]
 ) -> Diagnostic | None:
-    """The warning about the first such speed. A place that is given may be meant as a guess."""
-    places = _speeds(program)
+    """The warning about the first such speed. A place that is given may be meant as a guess, but
+    not where an initial equation says something else."""
+    initial = bool(program.initial_residuals)
+    places = _started(program) if initial else _speeds(program)
     for guess in moved:
         place = places.get(guess.name)
         if place is None or place.start not in given:
@@ -96,13 +99,17 @@ def _not_kept(
         joint = guess.name.rpartition(".")[0]
         giver = given_of(program, kernel, [joint], SPEEDS).rpartition("which ")[2]
         why = f"{giver} it" if giver else "it follows so from what else is held"
+        hint = None if giver else "leave it out, or set what is held instead"
+        if initial and not giver:
+            why = "initial equations decide it"
+            hint = "write `start` and `fixed=true` in their place: such a start can be set"
         return Diagnostic(
             "R442",
             f"`{guess.name}` starts at {guess.value:.4g}, and not at {guess.start:.4g}, which was "
             f"asked for: {why}",
             declaration(program, place.start_name, place.span),
             Severity.WARNING,
-            hint=None if giver else "leave it out, or set what is held instead",
+            hint=hint,
         )
     return None
 
@@ -141,6 +148,13 @@ def _on_another_side(program: Program, moved: Sequence[Held]) -> Diagnostic | No
         hint="if that is not meant, look at the directions, lengths and sides by which the parts "
         "are connected; else write what follows",
     )
+
+
+@once
+def _started(program: Program) -> dict[str, CandidateSlot | FixedSlot]:
+    """All with a start value by their names."""
+    slots: Iterator[CandidateSlot | FixedSlot] = chain(program.candidates, program.fixed)
+    return {c.display: c for c in slots}
 
 
 @once

@@ -97,3 +97,35 @@ def test_the_command_starts_there(
     assert after[1:] == pytest.approx(begin[1:], abs=1e-5)
     assert run([*command, "--start-from", "nothing"]) == 2
     assert "error[C215]" in capsys.readouterr().err
+
+
+INITIAL = """
+model Swing
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute hinge;
+  PlanarMultiBody.Parts.Body bob(m=1, I=0, r_CM={1, 0});
+initial equation
+  hinge.phi = 0.5;
+  hinge.w = 0;
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, bob.frame_a);
+end Swing;
+"""
+
+
+@pytest.mark.parametrize("way", ["place", "start"])
+def test_a_start_that_initial_equations_overrule_is_told(way: str) -> None:
+    model = planarc.load(INITIAL)
+    given = {"start_from": "equilibrium"} if way == "place" else {"start": {"hinge.phi": 1.0}}
+    result = model.simulate(0.1, **given)
+    assert result["hinge.phi"][0] == pytest.approx(0.5)
+    (found,) = [w for w in result.warnings if w.code == "R442"]
+    assert "initial equations decide it" in found.message
+    assert not [w for w in model.simulate(0.1).warnings if w.code == "R442"]
+
+
+def test_linear_models_of_a_state_of_rest_are_those_of_that_place() -> None:
+    """Also where initial equations begin elsewhere: the pendulum hangs, w^2 = g/l."""
+    found = planarc.load(INITIAL).linearize("equilibrium")
+    assert sorted(found.eigenvalues.imag) == pytest.approx([-(9.81**0.5), 9.81**0.5], rel=1e-6)
