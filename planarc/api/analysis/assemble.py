@@ -3,7 +3,8 @@
 In:   Model, parameters, start values
 Out:  assemblies, the one nearest to the model's own guess first
 
-What is held at the start (see solve/start/solve.py) stays; the other positions are guessed
+What is held at the start (see solve/start/solve.py), or by initial equations, stays; the other
+positions are guessed
 anew, angles all around and lengths within the size of the mechanism, always the same
 guesses. Solutions that differ by whole turns are one.
 
@@ -72,13 +73,19 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
     held = choice.held
     free = [c for c in columns if not held[c]]
     turns = _turns(system)
+    written = _rows_of_positions(system, guess, columns)
+    rows = [*rows, *written]
     found: list[Vector] = []
+    places: list[Vector] = []  # the same, but for whole turns that an initial equation counts
     for trial in _guesses(guess, free, turns, _size(system), tries if rows else 1):
         root = solve_stage(system, trial, rows, free)
         if root.converged and not missed(system, root.point):
             point = _nearest_turns(root.point, guess, free, turns)
             if not any(np.max(np.abs(point[columns] - p[columns])) < SAME for p in found):
                 found.append(point)
+                values = system(point)
+                turned = values is None or np.max(np.abs(values[written]), initial=0.0) > SAME
+                places.append(root.point if turned else point)
     if not found:
         raise error(
             "R472",
@@ -86,7 +93,7 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
             hint="check the lengths of its parts, and what is held at the start",
         )
     assemblies = []
-    for point in found:
+    for point in places:
         system(point)
         known = starts_at(program, kernel.w)
         positions = {n: v for n, v in known.items() if n in position_names(system, columns)}
@@ -98,6 +105,15 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
 def position_stage(system: System) -> tuple[list[int], list[int]]:
     """The rows and candidates of the lowest level."""
     return next(iter(system.stages), ([], []))
+
+
+def _rows_of_positions(system: System, guess: Vector, columns: Sequence[int]) -> list[int]:
+    """The initial equations that hold positions, and nothing else."""
+    slopes = system.slopes(guess) if system.initial_rows else None
+    if slopes is None:
+        return []
+    others = np.delete(slopes, columns, axis=1)
+    return [r for r in system.initial_rows if slopes[r].any() and not others[r].any()]
 
 
 def position_names(system: System, columns: Sequence[int]) -> set[str]:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from planarc import Model, PlanarcError, UsageError
+from planarc import Model, PlanarcError, UsageError, load
 
 
 def test_a_four_bar_has_two(four_bar: Model) -> None:
@@ -41,3 +41,34 @@ def test_an_open_chain_is_assembled_as_it_starts(pendulum: Model) -> None:
     (only,) = pendulum.assemble()
     assert only.start == {"hinge.phi": 0.5}
     assert only.distance == 0
+
+
+def test_initial_equations_hold_positions() -> None:
+    """A four-bar has two ways with its crank held, whichever way it is held."""
+    text = """
+model Bars
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute A, B(phi(start=-0.2)), C(phi(start=1)), D(phi(start=2));
+  PlanarMultiBody.Parts.BodyShape crank(r={0.3, 0}), coupler(r={1, 0}), rocker(r={0.8, 0});
+  PlanarMultiBody.Parts.Fixed ground(r={1.1, 0});
+initial equation
+  A.phi = 0.7;
+  A.w = 2;
+equation
+  connect(world.frame_b, A.frame_a);
+  connect(A.frame_b, crank.frame_a);
+  connect(crank.frame_b, B.frame_a);
+  connect(B.frame_b, coupler.frame_a);
+  connect(ground.frame_b, D.frame_a);
+  connect(D.frame_b, rocker.frame_a);
+  connect(coupler.frame_b, C.frame_a);
+  connect(rocker.frame_b, C.frame_b);
+end Bars;
+"""
+    found = load(text).assemble()
+    assert len(found) == 2
+    assert [a["A.phi"] for a in found] == pytest.approx([0.7, 0.7])
+    for assembly in found:
+        result = load(text).simulate(0.1, start=dict(assembly.start))
+        for name in ("B.phi", "D.phi"):
+            assert result[name][0] == pytest.approx(assembly[name], abs=1e-6)
