@@ -24,8 +24,9 @@ from planarc.solve.start.solve import solve_start
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
 
-#: Rounds of start values and relations before they are called contradictory.
-START_ROUNDS = 50
+#: Rounds of start values and relations before they are called contradictory, and after which a loop
+#: of numbers is not left to come to rest by itself.
+START_ROUNDS, PATIENCE = 50, 12
 
 
 class Begun(Bench):
@@ -102,17 +103,30 @@ class Begun(Bench):
     ) -> tuple[Held, ...]:
         """Start values, near to a place that is known to be good, and what is true there."""
         delayed: bool = False
-        for _ in range(START_ROUNDS):
+        held: tuple[Held, ...] = ()
+
+        def changes() -> bool:
+            nonlocal delayed, held
             given = frozenset(self.request.starts)
             start = solve_start(
                 self.program, self.kernel, t, given, rescue=self.rescue, near=near, follow=follow
             )
             self.kernel.accept(t)
             self.states.choose(t, start.held[: len(self.program.candidates)], start.determined)
-            delayed = self.delays.settle_start(t)
+            held, delayed = start.held, self.delays.settle_start(t)
             y = self.states.values()
-            if not delayed and not (self.events.present and self.events.settle_start(t, y)):
-                return start.held
+            return delayed or (self.events.present and self.events.settle_start(t, y))
+
+        closed: dict[int, float] = {}
+        for count in range(START_ROUNDS):
+            before = self.events.state()
+            if not changes() or (closed and self.events.rests(before, closed)):
+                return held
+            if count == PATIENCE and (loop := self.events.changed(before)):
+                from planarc.solve.events.closure import close_loop
+
+                if close_loop(self.kernel.w, loop, lambda: changes() or True):
+                    closed = {slot: self.kernel.w[slot] for slot in loop}
         if delayed:
             raise not_settled(self.program)
         raise error(

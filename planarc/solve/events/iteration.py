@@ -35,7 +35,13 @@ from planarc.ir.once import once
 from planarc.ir.program import DiscreteSlot, Let, ParameterSlot, Program
 from planarc.solve.events.crossings import Crossings
 from planarc.solve.events.instants import TimeFunction, known_functions
-from planarc.solve.events.snapshot import LAST_ITERATIONS, Snapshot, most_iterations, snapshot
+from planarc.solve.events.snapshot import (
+    LAST_ITERATIONS,
+    Snapshot,
+    changed_numbers,
+    most_iterations,
+    snapshot,
+)
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.settings import Request
@@ -67,6 +73,25 @@ class Events:
         return Whens(self.program, self.kernel, self._request)
 
     # The start
+
+    def state(self) -> Snapshot:
+        """Truths and discrete values."""
+        return self._snapshot()
+
+    def changed(self, before: Snapshot) -> list[int]:
+        """The slots of numbers that have other values now; none where anything else has."""
+        return changed_numbers(self.program, before, self._snapshot())
+
+    def rests(self, before: Snapshot, closed: Mapping[int, float]) -> bool:
+        """Whether a pass has left all as it was, but for rounding of the numbers of a loop, which
+        are put back."""
+        from planarc.solve.events.closure import same_number
+
+        w = self.kernel.w
+        for slot, value in closed.items():
+            if same_number(w[slot], value):
+                w[slot] = value
+        return self._snapshot() == before
 
     def begin(self, t: float) -> None:
         """Everything discrete before anything is solved: start values, then what follows

@@ -22,20 +22,21 @@ from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
-from planarc.ir.dae import Kind
 from planarc.solve.events.closure import close_loop, same_number
 from planarc.solve.events.crossings import EXACT, NOISE, Crossings
 from planarc.solve.events.snapshot import (
     LAST_ITERATIONS,
     MOST_ITERATIONS,
     Snapshot,
+    changed_numbers,
     most_iterations,
     snapshot,
 )
 from planarc.solve.events.whens import Processed, Whens
 from planarc.solve.rescue.rescue import Rescue
 
-#: Passes after which a loop of numbers is not left to come to rest by itself.
+#: Passes after which a loop of numbers is not left to come to rest by itself. One that comes back
+#: to where it was never does.
 PATIENCE = 12
 #: Relations of which all choices are tried when they chase each other.
 MOST_SEARCHED = 10
@@ -111,8 +112,8 @@ class Settling:
             now = snapshot(self.program, self.kernel)
             if now == before:
                 return True
-            loop = self._changed_numbers(before, now)
-            if count >= PATIENCE and loop:
+            loop = changed_numbers(self.program, before, now)
+            if loop and (count >= PATIENCE or now in seen):
                 w = self.kernel.w
                 if not close_loop(w, loop, self._evaluate):
                     return self.done.ended is None and self.endless([*trail, now])
@@ -126,17 +127,6 @@ class Settling:
                 restless.clear()
             seen.add(now)
         return self.endless(trail)
-
-    def _changed_numbers(self, before: Snapshot, now: Snapshot) -> list[int]:
-        """The slots that a pass changed, where these are real numbers and nothing else."""
-        first, found = len(self.program.relations), []
-        for i, (old, new) in enumerate(zip(before, now, strict=True)):
-            if old == new:
-                continue
-            if i < first or self.program.discretes[i - first].kind is not Kind.REAL:
-                return []
-            found.append(self.program.discretes[i - first].slot)
-        return found
 
     def endless(self, trail: Iterable[Snapshot]) -> bool:
         """The iteration ends without rest: the values that changed in it are named."""

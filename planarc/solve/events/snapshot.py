@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
+from planarc.ir.dae import Kind
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import Program
@@ -28,6 +29,18 @@ def most_iterations(program: Program) -> int:
 
 def snapshot(program: Program, kernel: Kernel) -> Snapshot:
     return _switching(program)(kernel.w)
+
+
+def changed_numbers(program: Program, before: Snapshot, now: Snapshot) -> list[int]:
+    """The slots that a pass changed, where these are real numbers and nothing else."""
+    first, found = len(program.relations), []
+    for i, (old, new) in enumerate(zip(before, now, strict=True)):
+        if old == new:
+            continue
+        if i < first or program.discretes[i - first].kind is not Kind.REAL:
+            return []
+        found.append(program.discretes[i - first].slot)
+    return found
 
 
 @once

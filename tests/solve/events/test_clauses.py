@@ -361,3 +361,23 @@ def test_a_clause_sees_the_value_before_its_event(
     result = planarc.load(text, backend=backend).simulate(0.45, intervals=9, solver=solver)
     found = [result[name][result.time < t][-1] for t in (0.19, 0.29, 0.39, 0.46)]
     assert found == pytest.approx(values, abs=1e-9)
+
+
+@pytest.mark.parametrize("factor", [-1.0, -0.9, -2.0, 3.0])
+@pytest.mark.parametrize("when", ["sample(0.1, 0.1)", "{initial(), sample(0.1, 0.1)}"])
+def test_a_linear_loop_through_a_clause_is_solved(backend: str, when: str, factor: float) -> None:
+    """y = 2*u and u = 3 + f/2*y: also where passes come back to where they were."""
+    result = run(
+        f"""
+  discrete Real y(start=0, fixed=false);
+  Real u = 3 + ({factor})/2*y;
+equation
+  when {when} then
+    y = 2*u;
+  end when;""",
+        backend,
+        0.25,
+    )
+    assert result["y"][-1] == pytest.approx(6 / (1 - factor))
+    if "initial" in when:
+        assert result["y"][0] == pytest.approx(6 / (1 - factor))
