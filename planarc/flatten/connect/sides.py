@@ -92,8 +92,11 @@ class _NoConnector(Diagnostic):
 def warn_absent(ref: syntax.Ref, env: Env) -> None:
     """A connector of a component, switched off there, is connected to that of another one.
 
-    A class's own conditional connectors are connected to its inside without a word.
+    A class's own conditional connectors are connected to its inside without a word, and what a
+    library connects its user cannot change.
     """
+    if ref.span.source.name not in env.session.own_files():
+        return
     try:
         view = resolve(ref, env) if len(ref.parts) == 2 else None
     except PlanarcError:  # its component is not there itself
