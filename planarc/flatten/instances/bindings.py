@@ -19,7 +19,7 @@ from itertools import takewhile
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Once, PlanarcError, error
+from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.nearest import did_you_mean, nearest
 from planarc.core.prose import counted
 from planarc.flatten.instances.starts import is_start_written
@@ -196,21 +196,26 @@ def make_attributes(leaf: Leaf) -> flat.Attributes:
     """Fill in the attributes of a variable: its modifiers over those of its type."""
     known = type_mod(leaf.layout)
     if leaf.mod.subs:
-        _check_attribute_names(leaf)
         merged = merge(Mod(subs=leaf.mod.subs), Mod(subs=known.subs), leaf.name)
+        _check_attribute_names(merged, leaf)
         leaf.attributes = _attributes(merged, leaf, written=True)
     else:
         if leaf.layout.type_attributes is None:
+            _check_attribute_names(known, leaf)
             leaf.layout.type_attributes = _attributes(known, leaf, written=False)
         leaf.attributes = leaf.layout.type_attributes
     return leaf.attributes
 
 
-def _check_attribute_names(leaf: Leaf) -> None:
-    for name, mod in leaf.mod.subs.items():
+def _check_attribute_names(mod: Mod, leaf: Leaf) -> None:
+    """Refuse what is no attribute: once for all variables of a type that gives it."""
+    for name, sub in mod.subs.items():
         if name not in ATTRIBUTES:
             message = f"the variable `{leaf.name}` has no attribute `{name}` to modify"
-            raise error("F222", message, mod.span, hint=did_you_mean(name, ATTRIBUTES))
+            kind = f"{sub.span.source.name}:{sub.span.start}" if sub.span else ""
+            near = did_you_mean(name, ATTRIBUTES)
+            told = Once("F222", message, sub.span, hint=said(near), mend=near, kind=kind)
+            raise PlanarcError(told)
 
 
 def _attributes(mod: Mod, leaf: Leaf, written: bool) -> flat.Attributes:

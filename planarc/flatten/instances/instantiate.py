@@ -289,7 +289,9 @@ def _check_recursion(element: Element, cls: Class, parent: Instance) -> None:
 
 def check_modifier(instance: Instance) -> None:
     """Refuse modifiers of members that do not exist."""
-    for_each(instance.mod.subs.items(), lambda sub: _check_modified(instance, *sub))
+    said = (instance.mod, *(part.cls.under for part in instance.layout.parts))
+    subs = [sub for mod in said for sub in mod.subs.items()]
+    for_each(subs, lambda sub: _check_modified(instance, *sub))
 
 
 def _check_modified(instance: Instance, name: str, mod: Mod) -> None:

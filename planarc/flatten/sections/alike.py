@@ -152,7 +152,7 @@ def _shape(mod: Mod) -> Any:
         new.each_height,
         new.final,
         new.subscripts,
-        id(new.earlier),
+        _shape(new.inside),
     )
     subs = tuple([(name, _shape(sub)) for name, sub in mod.subs.items()])
     return value, redeclared, mod.final, mod.broken, subs
@@ -351,6 +351,8 @@ def _is_given(instance: Instance, name: str, depth: int) -> bool:
 def _is_from_outside(mod: Mod, depth: int) -> bool:
     said = (mod.binding, mod.redeclaration)
     if any(s is not None and _is_outer(s.scope, depth) for s in said):
+        return True
+    if mod.redeclaration is not None and _is_from_outside(mod.redeclaration.inside, depth):
         return True
     return any(_is_from_outside(sub, depth) for sub in mod.subs.values())
 

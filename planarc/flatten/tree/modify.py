@@ -144,6 +144,9 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         return inner
     if inner.final and outer is not inner:
         raise final_error(name, outer.span, inner.span)
+    new, old = outer.redeclaration, inner.redeclaration
+    if new is not None and (old is None or old.element is not new.element):
+        return replace(outer, redeclaration=_redeclared(new, inner, name))
     if outer.binding is not None and inner.subs:
         inner = _beaten(inner)
     if not inner.subs:
@@ -158,18 +161,22 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
     return Mod(
         binding,
         subs,
-        _redeclared(outer.redeclaration, inner.redeclaration),
+        new or old,
         outer.final or inner.final,
         outer.span or inner.span,
         outer.broken,
     )
 
 
-def _redeclared(outer: Redeclaration | None, inner: Redeclaration | None) -> Redeclaration | None:
-    """A redeclaration over an earlier one, which must have left the element replaceable (7.3)."""
-    if outer is None or inner is None or outer.element is inner.element:
-        return outer or inner
-    old, new = inner.element, outer.element
+def _redeclared(new: Redeclaration, inner: Mod, name: str) -> Redeclaration:
+    """A redeclaration over what stands further inside, which its own modifiers override. An
+    earlier one must have left the element replaceable (7.3)."""
+    if inner.redeclaration is not None and new.inside.redeclaration is None:
+        _check_left_replaceable(new.element, inner.redeclaration.element)
+    return replace(new, inside=merge(new.inside, inner, name))
+
+
+def _check_left_replaceable(new: syntax.Declaration, old: syntax.Declaration) -> None:
     if not old.prefixes.replaceable:
         message = (
             f"`{old.name}` was redeclared without `replaceable`, and cannot be redeclared again"
@@ -177,20 +184,22 @@ def _redeclared(outer: Redeclaration | None, inner: Redeclaration | None) -> Red
         related = [Related("redeclared here", name_span(old))]
         hint = "write `redeclare replaceable` there"
         raise error("F241", message, name_span(new), related=related, hint=hint)
-    return replace(outer, earlier=outer.earlier or inner)
 
 
 def _beaten(mod: Mod) -> Mod:
     """A modifier whose parts yield to a value of the whole that stands further outside."""
-    subs = {
-        name: sub if sub.final else replace(_beaten(sub), binding=_yielding(sub.binding))
-        for name, sub in mod.subs.items()
-    }
+    subs = {name: sub if sub.final else _yielding(sub) for name, sub in mod.subs.items()}
     return replace(mod, subs=subs)
 
 
-def _yielding(binding: Binding | None) -> Binding | None:
-    return None if binding is None else replace(binding, beaten=True)
+def _yielding(mod: Mod) -> Mod:
+    """A modifier that yields itself, with its parts."""
+    binding, redeclaration = mod.binding, mod.redeclaration
+    if binding is not None:
+        binding = replace(binding, beaten=True)
+    if redeclaration is not None:
+        redeclaration = replace(redeclaration, inside=_yielding(redeclaration.inside))
+    return replace(_beaten(mod), binding=binding, redeclaration=redeclaration)
 
 
 _MOST_FREE = 4
@@ -225,8 +234,11 @@ def subscript(mod: Mod, indices: tuple[int, ...], sizes: tuple[int, ...], level:
     if binding is not None and _is_split(binding.each_height, level):
         binding = replace(binding, typed=None, **_within(binding, indices, sizes))
     redeclaration = mod.redeclaration
-    if redeclaration is not None and _is_split(redeclaration.each_height, level):
-        redeclaration = replace(redeclaration, **_within(redeclaration, indices, sizes))
+    if redeclaration is not None:
+        inside = subscript(redeclaration.inside, indices, sizes, level)
+        redeclaration = replace(redeclaration, inside=inside)
+        if _is_split(redeclaration.each_height, level):
+            redeclaration = replace(redeclaration, **_within(redeclaration, indices, sizes))
     subs = {name: subscript(sub, indices, sizes, level + 1) for name, sub in mod.subs.items()}
     return Mod(binding, subs, redeclaration, mod.final, mod.span, mod.broken)
 

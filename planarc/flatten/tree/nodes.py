@@ -88,7 +88,8 @@ class Redeclaration(Struct, eq=False):
     final: bool = False
     subscripts: tuple[int, ...] = ()
     sizes: tuple[int, ...] = ()
-    earlier: Redeclaration | None = None  # the one that this one replaces
+    #: what stands further inside than this one, the redeclaration that it replaces included
+    inside: Mod = field(default_factory=lambda: NO_MOD)
 
 
 class Mod(Struct, eq=False):
@@ -108,7 +109,7 @@ class Mod(Struct, eq=False):
         return self.subs.get(name, NO_MOD)
 
 
-NO_MOD = Mod()
+NO_MOD: Mod = Mod()
 
 
 # Classes ------------------------------------------------------------------------------------

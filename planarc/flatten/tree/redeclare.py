@@ -7,8 +7,9 @@ Example:
     model B  replaceable Circle c constrainedby Curve(r=r0); end B;
     B b(redeclare Ellipse c(a=2))     `b.c` is an `Ellipse(a=2, r=r0)`
 
-The modifier of the constraining class stays under that of the redeclaration, and
-under that of the declaration where nothing is redeclared;
+The modifiers of a redeclaration override those further inside, which stay where it says
+nothing. The modifier of the constraining class stays under both, and under that of the
+declaration where nothing is redeclared;
 without `constrainedby` the declaration itself is the constraint (7.3.2).
 
 Promises:  only replaceable elements are redeclared, or open sizes; the new class has every public
@@ -66,9 +67,8 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
     redeclaration = mod.redeclaration
     instance = element.scope.instance
     name = _class_name(instance, definition.name)
-    under = _constraint_mod(element)
     if redeclaration is None:
-        cls = _bounded(Class(definition, element.scope, name, mod, element.entry), under)
+        cls = _modified(element, mod, name)
         if definition.constraint is not None:
             _check_fit(element, cls)
         return cls
@@ -78,24 +78,35 @@ def _make_class(element: Element, definition: syntax.ClassDef) -> Class:
         related = [Related("declared here", definition.name_span)]
         raise error("F240", message, new.span, related=related)
     _check_replaceable(element, definition.name_span, new.name_span)
-    rest = Mod(None, mod.subs, None, mod.final, mod.span)
-    if _widens(new):
-        original = _original(element, redeclaration.earlier, name)
-        return Class(new, redeclaration.scope, name, rest, None, original)
-    cls = _bounded(Class(new, redeclaration.scope, name, rest), under)
-    _check_fit(element, cls)
+    cls = _modified(element, mod, name)
+    if not _widens(new):
+        _check_fit(element, cls)
     return cls
 
 
-def _original(element: Element, redeclaration: Redeclaration | None, name: str) -> Class:
-    """The inherited class that a redeclaration widens: itself the work of earlier ones (7.3.1)."""
+def _modified(element: Element, mod: Mod, name: str) -> Class:
+    """The class that a modifier makes of a class element. Where it widens the inherited one, that
+    is the work of what stands further inside (7.3.1)."""
+    redeclaration, said = mod.redeclaration, replace(mod, redeclaration=None)
     definition = element.definition if redeclaration is None else redeclaration.element
     assert isinstance(definition, syntax.ClassDef)
+    under = _constraint_mod(element)
     if redeclaration is None:
-        cls = Class(definition, element.scope, name, NO_MOD, element.entry)
-        return _bounded(cls, _constraint_mod(element))
-    below = _original(element, redeclaration.earlier, name) if _widens(definition) else None
-    return Class(definition, redeclaration.scope, name, NO_MOD, None, below)
+        return _bounded(Class(definition, element.scope, name, said, element.entry), under)
+    if _widens(definition):
+        original = _modified(element, redeclaration.inside, name)
+        return Class(definition, redeclaration.scope, name, said, None, original)
+    under = merge(_said_inside(redeclaration), under, name)
+    return _bounded(Class(definition, redeclaration.scope, name, said), under)
+
+
+def _said_inside(redeclaration: Redeclaration) -> Mod:
+    """What modifiers further inside say of the element, whatever was redeclared there."""
+    mod = redeclaration.inside
+    said = replace(mod, redeclaration=None)
+    if mod.redeclaration is None:
+        return said
+    return merge(said, _said_inside(mod.redeclaration), mod.redeclaration.element.name)
 
 
 def _bounded(cls: Class, under: Mod) -> Class:
@@ -114,7 +125,7 @@ def _constraints(element: Element) -> list[tuple[syntax.Constraint, Scope]]:
     while current is not None:
         if current.element.constraint is not None:
             found.append((current.element.constraint, current.scope))
-        current = current.earlier
+        current = current.inside.redeclaration
     if element.definition.constraint is not None:
         found.append((element.definition.constraint, element.scope))
     return found
@@ -281,11 +292,12 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
     if not _only_sizes(element, new, redeclaration.scope):
         _check_replaceable(element, definition.span, new.span)
     _check_fit(element, lookup.find_class(redeclaration.scope, new.type))
-    outer = Mod(mod.binding, mod.subs, None, False, mod.span)
+    outer = replace(mod, redeclaration=None, final=False)
     own = compile_modification(new.modification, redeclaration.scope)
     if redeclaration.subscripts:
         own = subscript(own, redeclaration.subscripts, redeclaration.sizes)
     whole = merge(outer, own, element.name)
+    whole = merge(whole, _said_inside(redeclaration), element.name)
     whole = merge(whole, _kept_mod(element), element.name)
     if mod.final or redeclaration.final or new.prefixes.final:
         whole = replace(whole, final=True)
