@@ -67,7 +67,7 @@ def _declare(
     env = Env(scope, dict(names), signature)
     cls = lookup.find_class(scope, definition.type)
     type_, layout = variable_type(cls, env.session, definition.span)
-    written = redeclare.written_dims(definition, scope, layout)
+    written = redeclare.written_dims(element, layout)
     merged = merge(mod, cls.mod, name) if cls.mod else mod
     binding = merged.binding
     causality = (
@@ -189,7 +189,7 @@ def _field_type(element: Element, session: Session) -> flat.Type:
     cls = lookup.find_class(scope, definition.type)
     type_, layout = variable_type(cls, session, definition.span)
     dims: list[int | None] = []
-    for expression, own in redeclare.written_dims(definition, scope, layout):
+    for expression, own in redeclare.written_dims(element, layout):
         if isinstance(expression, syntax.Colon):
             dims.append(None)
             continue

@@ -124,7 +124,7 @@ def _make_leaf(
         raise unsupported("stream variables", "15", definition.span)
     in_bus = parent.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
     leaf.is_connector = in_bus or layout.kind is syntax.ClassKind.CONNECTOR
-    if written := redeclare.written_dims(definition, scope, layout):
+    if written := redeclare.written_dims(element, layout):
         dims = shape.leaf_dims(leaf, written)
         if prod(d for d in dims if d) > MAX_SCALARS:  # also beside a size of zero
             message = f"`{name}` has {_times(dims)} elements, more than {MAX_SCALARS:,}"
@@ -190,7 +190,7 @@ def _make_composite(
         mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
     direction = _direction(definition, layout, parent)
-    written = redeclare.written_dims(definition, scope, layout)
+    written = redeclare.written_dims(element, layout)
     session = parent.session
 
     annotation.find_visual(layout, session)

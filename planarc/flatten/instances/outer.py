@@ -195,7 +195,7 @@ def _check_sizes(
     inner: Element,
 ) -> None:
     """Both are arrays of the same sizes; `:` suits any."""
-    written = written_dims(definition, element.scope, layout)
+    written = written_dims(element, layout)
     have = node.type.dims if isinstance(node, Leaf) else node.dims
     closed = not any(isinstance(e, syntax.Colon) for e, _ in written)
     sizes = family_dims(written, element, NO_MOD, element.name) if closed else have

@@ -304,12 +304,22 @@ def effective_component(element: Element) -> tuple[syntax.Component, Scope, Mod]
     return _inherit_prefixes(definition, new), redeclaration.scope, whole
 
 
-def written_dims(
-    definition: syntax.Component, scope: Scope, layout: Layout
-) -> list[tuple[syntax.Expression, Scope]]:
-    """The sizes of a declaration and of its type, each with the scope of its text."""
+def written_dims(element: Element, layout: Layout) -> list[tuple[syntax.Expression, Scope]]:
+    """The sizes of a component and of its type, each with the scope of its text: those of the
+    declaration, where a redeclaration gives none (7.3)."""
+    definition, scope, redeclaration = element.definition, element.scope, element.mod.redeclaration
+    if redeclaration is not None and _has_sizes(redeclaration.element):
+        definition, scope = redeclaration.element, redeclaration.scope
+    assert isinstance(definition, syntax.Component)
     own = (*definition.dimensions, *definition.type_dimensions)
     return [*((d, scope) for d in own), *layout.dimensions]
+
+
+def _has_sizes(definition: syntax.Declaration) -> bool:
+    """Some stand behind the name, or before it: `Real[3] x` is `Real x[3]` (10.1)."""
+    return isinstance(definition, syntax.Component) and bool(
+        definition.dimensions or definition.type_dimensions
+    )
 
 
 def _kept_mod(element: Element) -> Mod:
@@ -338,13 +348,15 @@ def _inherit_prefixes(old: syntax.Component, new: syntax.Component) -> syntax.Co
         protected=old.prefixes.protected,
     )
     empty = syntax.Variability.CONTINUOUS
+    sized = new if _has_sizes(new) else old
     return replace(
         new,
         prefixes=prefixes,
         variability=old.variability if new.variability is empty else new.variability,
         causality=old.causality if new.causality is syntax.Causality.NONE else new.causality,
         flow=old.flow if new.flow is syntax.Flow.NONE else new.flow,
-        dimensions=new.dimensions or old.dimensions,
+        dimensions=sized.dimensions,
+        type_dimensions=sized.type_dimensions,
         condition=new.condition or old.condition,
         comment=new.comment or old.comment,
     )

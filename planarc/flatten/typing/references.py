@@ -380,7 +380,7 @@ def _check_boolean_index(span: Span, element: Element, k: int) -> None:
     """A Boolean is an index where the dimension is declared to be `Boolean` (10.5)."""
     definition, scope, _ = redeclare.effective_component(element)
     layout = layout_of(lookup.find_class(scope, definition.type))
-    dimension, where = redeclare.written_dims(definition, scope, layout)[k]
+    dimension, where = redeclare.written_dims(element, layout)[k]
     type_ = _dimension_type(dimension, where)
     if type_ is not None and type_.base is flat.Base.BOOLEAN:
         return
