@@ -193,9 +193,11 @@ def _copy(template: Node, name: str, bus: Instance, element: Element) -> Node:
 
 def _copy_instance(template: Instance, name: str, bus: Instance, element: Element) -> Instance:
     mod = Mod(subs=template.mod.subs)
-    return Instance(
+    made = Instance(
         template.cls, template.layout, name, mod, bus, bus.session, template.variability, element
     )
+    made.indices, made.sizes = template.indices, template.sizes
+    return made
 
 
 def unused_members(

@@ -175,18 +175,10 @@ def record_value(instance: Instance) -> flat.Expression | None:
             whole = record_value(outer)
             assert whole is not None and instance.element is not None
             value = references.field_of(whole, instance.element.name, whole.span)
-            instance.value = pick(value, _own_indices(instance))
+            instance.value = pick(value, instance.indices)
         elif own is not None:
             instance.value = type_binding(own)
     return instance.value
-
-
-def _own_indices(instance: Instance) -> tuple[int, ...]:
-    """The subscripts of an instance that is a member of an array of records."""
-    name = instance.name
-    if not name.endswith("]"):
-        return ()
-    return tuple(int(i) for i in name[name.rindex("[") + 1 : -1].split(","))
 
 
 # Attributes -----------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from planarc.flatten.instances import outer, shape
 from planarc.flatten.refusal import TooLarge, for_each, too_large, unsupported
 from planarc.flatten.tree import annotation, lookup, redeclare
 from planarc.flatten.tree.demand import layout_of, static_instance
-from planarc.flatten.tree.modify import merge, subscript
+from planarc.flatten.tree.modify import member_mod, merge, subscript
 from planarc.flatten.tree.naming import member_names, not_modifiable
 from planarc.flatten.tree.nodes import (
     Absent,
@@ -186,8 +186,6 @@ def _make_composite(
     name = parent.full_name(element.name)
     _check_class(cls, layout, definition, name)
     _check_recursion(element, cls, parent)
-    if cls.mod:
-        mod = merge(mod, cls.mod, element.name)
     variability = min(_VARIABILITY[definition.variability], parent.variability)
     direction = _direction(definition, layout, parent)
     written = redeclare.written_dims(element, layout)
@@ -195,12 +193,15 @@ def _make_composite(
 
     annotation.find_visual(layout, session)
 
-    def build(full: str, modifier: Mod) -> Instance:
+    def build(full: str, indices: tuple[int, ...] = (), sizes: tuple[int, ...] = ()) -> Instance:
         session.component_count += 1
         if session.component_count > MAX_COMPONENTS:
             raise too_large(f"the model has more than {MAX_COMPONENTS:,} components", None)
         prefix = full if parent.prefix is not None else None
+        modifier = subscript(mod, indices, sizes) if sizes else mod
+        modifier = merge(modifier, member_mod(cls.mod, cls, indices, sizes), element.name)
         made = Instance(cls, layout, prefix, modifier, parent, session, variability, element)
+        made.indices, made.sizes = indices, sizes
         if made.is_record or made.is_connector:
             made.causality, made.flow = direction
         _refuse_value(made, modifier)
@@ -208,7 +209,7 @@ def _make_composite(
         return made
 
     if not written:
-        return build(name, mod)
+        return build(name)
     dims = shape.family_dims(written, element, mod, name)
     if prod(d for d in dims if d) > MAX_ITEMS:
         message = f"`{name}` has {_times(dims)} components, more than {MAX_ITEMS:,}"
@@ -216,7 +217,7 @@ def _make_composite(
     items = []
     for indices in product(*(range(1, d + 1) for d in dims)):
         label = ",".join(map(str, indices))
-        items.append(build(f"{name}[{label}]", subscript(mod, indices, dims)))
+        items.append(build(f"{name}[{label}]", indices, dims))
     return Family(name, dims, items, cls, element)
 
 

@@ -129,6 +129,8 @@ def kind_of(node: Instance) -> Any:
     element = node.element
     if element is None or node.parent is None or node.prefix is None or node.drawn:
         return None
+    if node.layout.dimensions:
+        return None  # its class gives each member values of its own, as `S[2](x={1, 2})`
     prefixes = element.definition.prefixes
     if node.layout.kind not in _MODELS or prefixes.inner or prefixes.outer:
         return None

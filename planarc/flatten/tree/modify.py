@@ -25,11 +25,12 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.prose import ticked
 from planarc.core.source import Span
 from planarc.flatten.tree.computed import settable
-from planarc.flatten.tree.demand import static_instance
+from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
     NO_MOD,
     Binding,
+    Class,
     Instance,
     Layout,
     Mod,
@@ -267,11 +268,21 @@ def part_mod(instance: Instance, index: int) -> Mod:
         deriving = instance.layout.parts[part.derived]
         found = part_mod(instance, part.derived)
         scope = part.mod_scope or instance.scope(part.derived)
+        place = instance.indices, instance.sizes
         if part.modification is not None or deriving.redeclarations:
-            found = merge(found, _extends_mod(part, deriving, scope))
-        found = merge(merge(found, deriving.cls.under), part.cls.mod)
+            own = _extends_mod(part, deriving, scope)
+            found = merge(found, member_mod(own, deriving.cls, *place))
+        found = merge(found, member_mod(deriving.cls.under, deriving.cls, *place))
+        found = merge(found, member_mod(part.cls.mod, part.cls, *place))
         instance.part_mods[index] = found
     return found
+
+
+def member_mod(mod: Mod, cls: Class, indices: tuple[int, ...], sizes: tuple[int, ...]) -> Mod:
+    """The modifier of a class for one member of an array of components: it is split over the
+    sizes of the class, as in `S[3](x={1, 2, 3})`, and not over those of the component (7.2.5)."""
+    count = len(layout_of(cls).dimensions) if mod and indices else 0
+    return subscript(mod, indices[-count:], sizes[-count:]) if count else mod
 
 
 def _extends_mod(part: Part, deriving: Part, scope: Scope) -> Mod:

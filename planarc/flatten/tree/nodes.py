@@ -255,6 +255,9 @@ class Instance(Struct, eq=False):
     causality: syntax.Causality = syntax.Causality.NONE
     #: likewise `flow`: `flow Force f` of a record
     flow: syntax.Flow = syntax.Flow.NONE
+    #: of a member of an array of components: its place in it, and the sizes of the array
+    indices: tuple[int, ...] = ()
+    sizes: tuple[int, ...] = ()
     depth: int = 0  # of components around
     drawn: bool = False  # belongs to a visual: it has values, but no variables
     hidden: bool = False  # protected, or in what is protected
