@@ -165,7 +165,7 @@ def merge(outer: Mod, inner: Mod, name: str = "") -> Mod:
         new or old,
         outer.final or inner.final,
         outer.span or inner.span,
-        outer.broken,
+        outer.broken or inner.broken,
     )
 
 
