@@ -90,13 +90,13 @@ def _modified(element: Element, mod: Mod, name: str) -> Class:
     redeclaration, said = mod.redeclaration, replace(mod, redeclaration=None)
     definition = element.definition if redeclaration is None else redeclaration.element
     assert isinstance(definition, syntax.ClassDef)
-    under = _constraint_mod(element)
     if redeclaration is None:
-        return _bounded(Class(definition, element.scope, name, said, element.entry), under)
+        cls = Class(definition, element.scope, name, said, element.entry)
+        return _bounded(cls, _constraint_mod(element))
     if _widens(definition):
         original = _modified(element, redeclaration.inside, name)
         return Class(definition, redeclaration.scope, name, said, None, original)
-    under = merge(_said_inside(redeclaration), under, name)
+    under = merge(_said_inside(redeclaration), _kept_mod(element), name)
     return _bounded(Class(definition, redeclaration.scope, name, said), under)
 
 
@@ -327,8 +327,10 @@ def _kept_mod(element: Element) -> Mod:
     definition, under = element.definition, _constraint_mod(element)
     if definition.constraint is not None:
         return under
-    assert isinstance(definition, syntax.Component)
-    return merge(under, compile_modification(definition.modification, element.scope, default=True))
+    own = definition.body if isinstance(definition, syntax.ClassDef) else definition
+    if not isinstance(own, syntax.Component | syntax.ShortClass):
+        return under
+    return merge(under, compile_modification(own.modification, element.scope, default=True))
 
 
 def _constraint_mod(element: Element) -> Mod:
