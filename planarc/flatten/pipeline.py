@@ -31,6 +31,7 @@ from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.assigned import check_assigned
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.connectors import Lopsided, check_connectors
+from planarc.flatten.checks.discretes import check_discretes
 from planarc.flatten.checks.exchanged import check_exchanged
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
@@ -306,6 +307,7 @@ def _flatten(
     check_prefixes(found.instances, leaves, session)
     check_parameters(pairs, session)
     check_assigned(found.algorithms, variables, session)
+    check_discretes(found.equations, found.algorithms, variables, session)
     imbalance = None
     if not session.errors:
         check_ranges(pairs, session)

@@ -56,7 +56,7 @@ from planarc.flatten.tree.nodes import (
 )
 from planarc.flatten.tree.redeclare import inner_half
 from planarc.flatten.values.evaluator import Evaluator
-from planarc.flatten.values.variability import variability_of
+from planarc.flatten.values.variability import cure_of_discrete, variability_of
 from planarc.ir import flat, syntax
 from planarc.ir.renaming import Unrepeatable
 
@@ -349,6 +349,8 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         told = f"declare `{binding.name}` as a parameter, too"
         told += "" if leaf.parent.depth else f", or `{leaf.name}` without the prefix"
         raise PlanarcError(Varies("F284", message, binding.span, hint=told, kind=binding.name))
+    if allowed is flat.Variability.DISCRETE:
+        raise error("F284", message, binding.span, hint=cure_of_discrete(leaf.type))
     raise error(
         "F284",
         message,

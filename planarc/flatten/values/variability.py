@@ -17,8 +17,10 @@ _CONTINUOUS = flat.Variability.CONTINUOUS
 
 #: results that change at events, whatever their arguments
 _FLAGS = frozenset({"initial", "terminal", "sample"})
-#: results that change at events only
-_EVENTS = frozenset({"pre", "edge", "change", "integer", "hold"})
+#: results that change at events only, in `noEvent` as well
+_HELD = frozenset({"pre", "edge", "change", "hold"})
+#: results that no argument moves between events
+STILL = _FLAGS | _HELD | {"size", "ndims"}
 
 
 def variability_of(
@@ -41,12 +43,22 @@ def variability_of(
             own = _highest(arguments, session, hidden)
             if function in _FLAGS:
                 return _DISCRETE
-            row = elementary.TABLE.get(function)
-            steps = row is not None and row.slopes is None
-            return min(own, _DISCRETE) if steps or function in _EVENTS else own
+            return min(own, _DISCRETE) if function in _HELD or steps(function) else own
         case flat.Binary(op="<" | "<=" | ">" | ">=" | "==" | "<>", left=left, right=right):
             return min(_highest((left, right), session, hidden), _DISCRETE)
     return _highest(children(expression), session, hidden)
+
+
+def steps(function: str) -> bool:
+    """Whether a function rounds its argument: its result changes at events, but in `noEvent`."""
+    row = elementary.TABLE.get(function)
+    return function == "integer" or (row is not None and row.slopes is None)
+
+
+def cure_of_discrete(type_: flat.Type) -> str:
+    """The hint for a discrete variable that is given what changes between events."""
+    cure = "set it in a when-clause, such as `when sample(0, 0.01) then`"
+    return cure if type_.base is not flat.Base.REAL else f"declare it without `discrete`, or {cure}"
 
 
 def _highest(
