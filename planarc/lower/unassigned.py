@@ -25,7 +25,8 @@ def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
             continue
         always = _given(function.body)
         for output in function.outputs:
-            if output.binding is None and always is not None and output.name not in always:
+            open_ = output.binding is None and always is not None
+            if open_ and not _has_value(output.name, output.type, always or set()):
                 yield Diagnostic(
                     "L321",
                     f"not every way through `{function.name}` gives its output `{output.name}` a "
@@ -43,6 +44,13 @@ def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
                     Severity.WARNING,
                     hint="assign each entry, or give the output a value where it is declared",
                 )
+
+
+def _has_value(name: str, type_: flat.Type, given: set[str]) -> bool:
+    """Whether a variable is among those that are given a value, or each field of a record."""
+    if name in given:
+        return True
+    return bool(type_.fields) and all(_has_value(f"{name}.{n}", t, given) for n, t in type_.fields)
 
 
 def _never(output: flat.Variable, body: Sequence[flat.Statement]) -> list[int]:

@@ -22,6 +22,7 @@ from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.source import Span
 from planarc.flatten.functions import foreign, statements
 from planarc.flatten.functions.derivatives import check_inverses, derivatives_of
+from planarc.flatten.functions.fields import first_values, without_overwritten
 from planarc.flatten.functions.order import assigned_first
 from planarc.flatten.functions.values import input_of
 from planarc.flatten.functions.variables import declare_variables, interface
@@ -144,18 +145,20 @@ def _unique_name(name: str, session: Session) -> str:
 def _fill(cls: Class, instance: Instance, signature: Signature, session: Session) -> None:
     variables = declare_variables(instance, signature)
     signature.inputs = interface(instance, variables, syntax.Causality.INPUT)
+    names: flat.Named = {v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables}
+    written = [v for v, c in variables if c is not syntax.Causality.INPUT]
     outputs, locals_, first = assigned_first(
         interface(instance, variables, syntax.Causality.OUTPUT),
         [v for v, c in variables if c is syntax.Causality.NONE],
         [v.name for v, _ in variables],
+        {v.name: first_values(instance, v, names, signature) for v in written},
     )
     signature.outputs = tuple(outputs)
-    names: flat.Named = {v.name: flat.Reference(v.type, v.span, v.name) for v, _ in variables}
     external = foreign.external_clause(instance)
     called = foreign.NOTHING
     body: tuple[flat.Statement, ...] = ()
     if external is None:
-        body = (*first, *function_body(instance, names, signature))
+        body = without_overwritten(first, function_body(instance, names, signature), names)
         signature.builtin = _plain_builtin(body, signature)
     else:
         called = foreign.external_call(external, names, signature)

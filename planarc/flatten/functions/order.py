@@ -12,7 +12,7 @@ which stand before the first statement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -20,7 +20,7 @@ from planarc.core.diagnostic import Related, error
 from planarc.core.order import Circle, in_order
 from planarc.core.prose import both
 from planarc.flatten.tree import lookup, redeclare
-from planarc.flatten.tree.nodes import Instance
+from planarc.flatten.tree.nodes import Binding, Instance, Mod
 from planarc.ir import flat, flatwalk, syntax
 from planarc.ir.syntaxwalk import nodes_of, references_in
 
@@ -53,8 +53,16 @@ def _written_with(instance: Instance, name: str, names: Sequence[str]) -> Iterat
     definition, scope, mod = redeclare.effective_component(element)
     sizes = names_in((definition.dimensions, definition.type_dimensions))
     yield from (n for n in sizes if n != name and n in names)  # as in `A[:, size(A, 1)]`
-    if mod.binding is not None and mod.binding.scope is scope:
-        yield from (n for n in names_in(mod.binding.expression) if n in names)
+    for binding in _bindings(mod):  # of the variable, or of its fields
+        if binding.scope is scope:
+            yield from (n for n in names_in(binding.expression) if n in names)
+
+
+def _bindings(mod: Mod) -> Iterator[Binding]:
+    if mod.binding is not None:
+        yield mod.binding
+    for sub in mod.subs.values():
+        yield from _bindings(sub)
 
 
 def names_in(tree: object) -> list[str]:
@@ -65,31 +73,29 @@ def names_in(tree: object) -> list[str]:
 
 
 def assigned_first(
-    outputs: Sequence[flat.Variable], locals_: Sequence[flat.Variable], order: Sequence[str]
+    outputs: Sequence[flat.Variable],
+    locals_: Sequence[flat.Variable],
+    order: Sequence[str],
+    fields: Mapping[str, Sequence[flat.Statement]],
 ) -> tuple[list[flat.Variable], list[flat.Variable], list[flat.Statement]]:
-    """Outputs and locals, and assignments in the place of values that come too late."""
+    """Outputs and locals, and assignments in the place of values that come too late; among them
+    are those to the fields of variables."""
     variables = {v.name: v for v in (*outputs, *locals_)}
     late = {v.name for v in locals_}
     moved: list[flat.Statement] = []
+    set_late: set[str] = set()  # by these assignments
     for name in order:
         variable = variables.get(name)
+        if fields.get(name):
+            moved += fields[name]
+            set_late.add(name)
         if variable is None or variable.binding is None:
             continue
         used = flatwalk.names_in((variable.binding,))
-        if name in late:
-            if used.isdisjoint(_targets(moved)):
-                continue
-        elif used.isdisjoint(late):
+        if used.isdisjoint(set_late) and (name in late or used.isdisjoint(late)):
             continue
         target = flat.Reference(variable.type, variable.span, name)
         moved.append(flat.Assignment(variable.span, "", target, variable.binding))
         variables[name] = replace(variable, binding=None)
+        set_late.add(name)
     return [variables[v.name] for v in outputs], [variables[v.name] for v in locals_], moved
-
-
-def _targets(statements: Sequence[flat.Statement]) -> set[str]:
-    return {
-        s.target.name
-        for s in statements
-        if isinstance(s, flat.Assignment) and isinstance(s.target, flat.Reference)
-    }
