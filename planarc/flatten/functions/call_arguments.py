@@ -44,13 +44,13 @@ def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[
 
 
 def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
+    """The inputs that the call gives: what `function g = f(x=5)` binds is a default (12.4.1)."""
     by_name = {v.name: v for v in info.signature.inputs}
-    open_inputs = [v for v in by_name.values() if v.name not in info.bound]
-    if len(node.arguments) > len(open_inputs):
-        takes = f"`{node.function}` takes {counted(len(open_inputs), 'argument')}"
+    if len(node.arguments) > len(by_name):
+        takes = f"`{node.function}` takes {counted(len(by_name), 'argument')}"
         hint = _plain_variables(node, env)
         raise error("F290", f"{takes}, not {len(node.arguments)}", node.span, hint=hint)
-    pairs = list(zip(open_inputs, node.arguments, strict=False))
+    pairs = list(zip(by_name.values(), node.arguments, strict=False))
     values = for_each(pairs, lambda pair: type_argument(pair[1], pair[0], env))
     given = {v.name: value for (v, _), value in zip(pairs, values, strict=True)}
     for named in node.named:
