@@ -180,6 +180,8 @@ def _derivative(scope: Scope, call: _Call) -> tuple[Value, ...]:
 
 def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     function, runner = call.function, _started(scope, call)
+    for variable in function.inputs:
+        _refuse_argument(runner, variable, call)
     asserted, count = scope.model.assertions, len(scope.model.assertions)
     with scope.model.undone_on_error():
         for variable in (*function.outputs, *function.locals):
@@ -202,16 +204,34 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     return tuple(runner.values[v.name] for v in function.outputs)
 
 
+def _refuse_argument(runner: Runner, variable: flat.Variable, call: _Call) -> None:
+    """Refuse an array of other sizes than the other arguments say (12.4.1)."""
+    value = runner.values[variable.name]
+    sizes = [size for size in variable.sizes if size is not None]
+    if not sizes or not isinstance(value, Tensor) or not names_in(sizes) <= runner.values.keys():
+        return
+    wanted = runner.dims(variable)
+    if not _agree(wanted, value):
+        needed = " by ".join("any" if n is None else str(n) for n in wanted)
+        given = " by ".join(map(str, value.shape))
+        what = f"the input `{variable.name}` of `{call.function.name}`"
+        message = f"{what} must have the size {needed}, but has the size {given}"
+        raise error("L331", message, call.span, related=(Related("the input", variable.span),))
+
+
+def _agree(wanted: flat.Dims, value: Tensor) -> bool:
+    return len(wanted) == len(value.shape) and all(
+        w in (None, n) for w, n in zip(wanted, value.shape, strict=True)
+    )
+
+
 def _refuse_misfit(runner: Runner, variable: flat.Variable, call: Span) -> None:
     """Refuse a result of other sizes than its declaration says."""
     value = runner.values[variable.name]
     if not variable.type.dims or not isinstance(value, Tensor):
         return
     wanted = runner.dims(variable)
-    agrees = len(wanted) == len(value.shape) and all(
-        w in (None, n) for w, n in zip(wanted, value.shape, strict=True)
-    )
-    if not agrees:
+    if not _agree(wanted, value):
         count = prod(d or 0 for d in wanted)
         message = f"`{variable.name}` has {count} entries, its value {len(value.items)}"
         raise error("L331", message, variable.span, related=(Related("the call", call),))

@@ -16,9 +16,9 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted, either, listed
 from planarc.core.source import Span
 from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
-from planarc.flatten.functions.variables import result_type
+from planarc.flatten.functions.variables import result_type, type_at_call
 from planarc.flatten.refusal import for_each
-from planarc.flatten.terms.conform import base_conforms, conforms, expect
+from planarc.flatten.terms.conform import base_conforms, conforms, dims_conform, expect, mismatch
 from planarc.flatten.terms.select import array, opened
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.lookup import find_class
@@ -152,6 +152,7 @@ def _single(
             order = listed(f"`{v.name}` ({v.type.base.value})" for v in inputs)
             hint = f"the inputs are, in this order, {order}"
             raise PlanarcError(replace(problem.diagnostics[0], hint=hint)) from None
+    _check_sizes(info, arguments, env)
     type_ = flat.Type(flat.Base.RECORD, name="(results)")
     if info.signature.outputs:
         type_ = result_type(info.signature, 0, arguments, span, env.session)
@@ -159,6 +160,24 @@ def _single(
     return flat.Call(
         type_, span, info.signature.name, (*arguments, *captured), None if results else 0
     )
+
+
+def _check_sizes(info: FunctionInfo, arguments: Sequence[flat.Expression], env: Env) -> None:
+    """Refuse an array of another size than the other arguments say (12.4.1), where it is known."""
+    for variable, argument in zip(info.signature.inputs, arguments, strict=True):
+        wanted = type_at_call(variable, info.signature, arguments, env.session)
+        if dims_conform(wanted.dims, argument.type.dims):
+            continue
+        told = (
+            f"`{size.span.text}` is {n}"
+            for size, n in zip(variable.sizes, wanted.dims, strict=True)
+            if size is not None and n is not None
+        )
+        found = mismatch(
+            wanted, argument.type, f"the input `{variable.name}` of `{info.name}`", argument.span
+        )
+        hint = f"with these arguments, {listed(list(dict.fromkeys(told)))}"
+        raise PlanarcError(replace(found.diagnostics[0], hint=hint))
 
 
 def _fit_otherwise(inputs: Sequence[flat.Variable], arguments: Sequence[flat.Expression]) -> bool:

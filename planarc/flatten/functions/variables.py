@@ -10,6 +10,8 @@ Reference: Modelica Language Specification 3.6, sections 12.1, 12.2 and 12.4.2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.functions.order import names_in_order
@@ -228,7 +230,16 @@ def result_type(
     """The type of a result; sizes that depend on the arguments are computed."""
     if output >= len(signature.outputs):
         raise error("F290", f"`{signature.name}` has no result", span)
-    variable = signature.outputs[output]
+    return type_at_call(signature.outputs[output], signature, arguments, session)
+
+
+def type_at_call(
+    variable: flat.Variable,
+    signature: Signature,
+    arguments: Sequence[flat.Expression],
+    session: Session,
+) -> flat.Type:
+    """The type of an input or output, with the sizes that follow from the arguments."""
     if None not in variable.type.dims:
         return variable.type
     frame = {v.name: a for v, a in zip(signature.inputs, arguments, strict=False)}
@@ -242,7 +253,7 @@ def result_type(
 def _known_size(
     variable: flat.Variable, k: int, arguments: flat.Named, session: Session
 ) -> int | None:
-    """The size of an output as far as the types and values of the arguments tell it."""
+    """The size of a variable as far as the types and values of the arguments tell it."""
     if k >= len(variable.sizes) or variable.sizes[k] is None:
         return None
     size = variable.sizes[k]
