@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator
 
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.core.prose import listed
+from planarc.core.prose import counted, listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large, unknown_value
 from planarc.flatten.terms.conform import common_type
@@ -153,12 +153,22 @@ def _range_of(use: tuple[syntax.Ref, int], iterator: syntax.Iterator, env: Env) 
             if typed is not None:
                 return typed
     if isinstance(view, Family):
+        _check_dimension(prefix, dimension, view.dims)
         size: int | None = view.dims[dimension]
         stop: flat.Expression = integer(view.dims[dimension], span)
     else:
         value = env.typed(base)
+        _check_dimension(prefix, dimension, value.type.dims)
         size, stop = value.type.dims[dimension], size_along(value, dimension, span)
     return flat.Range(flat.INTEGER.with_dims((size,)), span, integer(1, span), None, stop)
+
+
+def _check_dimension(indexed: syntax.Ref, dimension: int, dims: flat.Dims) -> None:
+    """Refuse `v[i, i]` of a vector, and `x[i]` of a number."""
+    if dimension >= len(dims):
+        part = indexed.parts[-1]
+        has = f"`{part.name}` has {counted(len(dims), 'dimension')}, not {len(part.subscripts)}"
+        raise error("F218", has, indexed.span)
 
 
 def _find_uses(name: str, uses: object) -> Iterator[tuple[syntax.Ref, int]]:
