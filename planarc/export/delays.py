@@ -21,6 +21,8 @@ from planarc.ir.program import Program
 #: Pieces of the past that there is room for in any model; what each jump needs; and the most that
 #: sampling and the host's steps are reckoned to need.
 _PIECES, _OF_JUMP, _MOST = 600, 3, 20_000
+#: Kinks for each piece: jumps, which begin pieces, and as many that are none.
+_KINKS = 2
 
 
 def room_of(program: Program, longest: float, ticks: Sequence[float], step: float) -> Lags | None:
@@ -34,7 +36,7 @@ def room_of(program: Program, longest: float, ticks: Sequence[float], step: floa
     delays, inputs, states = counts
     return Lags(
         pieces,
-        sizes(delays, pieces, pieces, inputs, states),
+        sizes(delays, pieces, _KINKS * pieces, inputs, states),
         work_size(*counts),
     )
 
@@ -51,7 +53,7 @@ def delay_messages(program: Program, lags: Lags | None) -> list[str]:
         ]
     full = (
         f"what is delayed jumps or changes too often: of its past no more than {lags.pieces} pieces"
-        " are kept; export the model with a delay time as long as this one"
+        " are kept; export the model with the delay times and the sampling of this run"
     )
     return [*found, full]
 
@@ -75,5 +77,5 @@ def delay_functions(program: Program, lags: Lags | None, image: int, first: int)
         rows += [d.slot, d.sign, -1 if d.interval_slot is None else d.interval_slot]
     c.give()
     inputs = [program.slots[name] for name in program.inputs]
-    numbers = (len(program.delays), lags.pieces, lags.pieces, len(inputs), image, first)
+    numbers = (len(program.delays), lags.pieces, _KINKS * lags.pieces, len(inputs), image, first)
     return c.text(SELDOM) + table("px_past", (*numbers, *rows, *inputs))

@@ -273,7 +273,8 @@ def _update(c: Code, m: Value, delayed: bool) -> None:
     c.run("px_snapshot", m, whole(c, 0))
     same = before.equals(c.call(INT, "px_hash", m, whole(c, 0)))
     anew = ordinary | ~same | c.call(INT, "px_jumps", m, t).equals(1)
-    c.run("px_kink", m, t, c.emit(INT, f"select i1 {anew.text}, i64 0, i64 {back.text}"))
+    generation = c.emit(INT, f"select i1 {anew.text}, i64 0, i64 {back.text}")
+    attempt(c, "px_kink", m, t, generation, c.call(INT, "px_jumped", m))
     c.run("px_cross", m, t)
     c.give(0)
 
@@ -370,7 +371,7 @@ def _first(c: Code, m: Value, delayed: bool, crowded: bool) -> None:
     if crowded:
         attempt(c, "px_apart", m)
     if delayed:
-        c.run("px_kink", m, t, whole(c, 0))
+        attempt(c, "px_kink", m, t, whole(c, 0), whole(c, 1))
         c.run("px_cross", m, t)
     c.give(0)
 

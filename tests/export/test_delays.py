@@ -134,9 +134,26 @@ equation
   der(x) = -k*delay(x, T);
 end Tuned;
 """
+OFTEN = """
+model Often "Many more events within the delay than at export; u jumps at each, x does not"
+  parameter Real T=0.07;
+  parameter Real step=0;
+  Real x(start=1, fixed=true), v(start=0, fixed=true);
+  discrete Real n(start=0, fixed=true);
+  Real u = x + step*n;
+  output Real y = delay(u, 0.33);
+equation
+  der(x) = v;
+  der(v) = -4*x;
+  when sample(0.02, T) then
+    n = pre(n) + 1;
+  end when;
+  annotation(experiment(StopTime=0.6, Interval=0.01, Tolerance=1e-8));
+end Often;
+"""
 TEXTS = {"Echo": ECHO, "Cart": CART, "Varying": VARYING, "Stairs": STAIRS, "Relay": RELAY,
          "Still": STILL, "Given": GIVEN, "Bent": BENT, "Beyond": BEYOND,
-         "Tuned": TUNED}  # fmt: skip
+         "Tuned": TUNED, "Often": OFTEN}  # fmt: skip
 RUN = ("Echo", "Cart", "Varying", "Stairs", "Relay", "Still")
 
 
@@ -386,6 +403,40 @@ def test_a_past_that_jumps_too_often_is_told(folder: Path) -> None:
     with pytest.raises(fmpy.fmi1.FMICallException):
         go()
     assert "of its past no more than" in told[0] and "pieces are kept" in told[0]
+
+
+def late(t: np.ndarray, interval: float, step: float = 0.0) -> np.ndarray:
+    """What `Often` delays."""
+    s = np.maximum(t - 0.33, 0.0)
+    return np.cos(2 * s) + step * np.maximum(np.floor((s - 0.02) / interval) + 1, 0)
+
+
+@pytest.mark.parametrize("solver", ("exported", "exported-stiff"))
+@pytest.mark.parametrize("interval", (3e-4, 1e-4, 3e-5))
+def test_smooth_signals_are_right_however_many_events_there_are(
+    interval: float, solver: str
+) -> None:
+    found = planarc.load(OFTEN).simulate(parameters={"T": interval}, solver=solver)
+    assert found["y"] == pytest.approx(late(found.time, interval), abs=1e-9)
+
+
+@runs_here
+@pytest.mark.parametrize("way", WAYS)
+def test_smooth_signals_of_archives_with_many_events(folder: Path, way: str) -> None:
+    table = simulate(archive(folder, "Often"), way, 0.5, start_values={"T": 3e-4})
+    missed = np.abs(table["y"] - late(table["time"], 3e-4)).max()
+    assert missed < (1e-8 if way == "CoSimulation" else 1e-4)  # fmpy's own accuracy
+
+
+def test_each_of_many_jumps_comes_back_or_the_run_ends() -> None:
+    model = planarc.load(OFTEN)
+    found = model.simulate(parameters={"T": 7e-4, "step": 1.0}, solver="exported")
+    part = (found.time - 0.35) / 7e-4
+    clear = np.abs(part - np.round(part)) > 1e-3
+    exact = late(found.time, 7e-4, 1.0)
+    assert found["y"][clear] == pytest.approx(exact[clear], abs=1e-9)
+    with pytest.raises(planarc.PlanarcError, match="of its past no more than"):
+        model.simulate(parameters={"T": 3e-4, "step": 1.0}, solver="exported")
 
 
 @runs_here

@@ -4,9 +4,15 @@ px_come_back(block) -> time       the next one, or the time up to which the past
                                   must not step beyond it
 px_back(block, t) -> generation   of those that come back now, counted from 1; 0: none does
 px_cross(block, t)                the past right behind an instant counts from here on
-px_kink(block, t, generation)     signals may have jumped here, or lost their smoothness
-px_left(block, t)                 note what comes back from before an event
+px_kink(block, t, generation, jumped) -> flag
+                                  signals have jumped here, or may have lost their smoothness
+px_left(block, t)                 note what comes back from before an event, and the signals
 px_jumps(block, t) -> 1           where something else comes back behind it
+px_jumped(block) -> 1             where signals are others behind it
+
+Kinks where no signal jumped take up half of the room; others are left out. They set no bounds: the
+past is interpolated across them, and the integrator meets them itself. There is room for as many
+jumps as there are pieces of the past (`instance.past.pieces`), for each begins one.
 """
 
 from __future__ import annotations
@@ -15,13 +21,14 @@ from planarc.codegen.native.assembly import INT, REAL, Code, Value, function
 from planarc.instance.block import larger, whole
 from planarc.instance.instants import due
 from planarc.instance.past.layout import Each, Head, Past
-from planarc.instance.plan import Told
+from planarc.instance.plan import Own, Told
 from planarc.instance.relations import room
+from planarc.instance.settling import ACTED
 from planarc.solve.events.delays import GENERATIONS, JUMP
 
 
 def kink_functions() -> tuple[str, ...]:
-    return _come_back(), _back(), _cross(), _kink(), _left(), _jumps()
+    return _come_back(), _back(), _cross(), _kink(), _left(), _jumps(), _jumped()
 
 
 def _place(past: Past, number: Value) -> Value:
@@ -53,14 +60,17 @@ def _back(c: Code, m: Value, t: Value) -> None:
     past = Past(c, m)
     crossed, limit, found = past.each(Each.CROSSED), due(c, t), c.variable(0, INT)
     with c.loop(past.count) as d:
-        first = crossed.load(INT, d)
-        count = past.head.load(INT, Head.KINKS)
-        with c.loop(count, first) as k, c.when(_returns(c, past, d) <= limit):
-            age = past.generations().load(INT, _place(past, k)) + 1
-            younger = found.get().equals(0) | (age < found.get())
-            with c.when(younger):
-                found.set(age)
-            crossed.store(k + 1, d)
+        following, behind = c.label(), c.label()
+        c.enter(following)
+        c.leave(~(_returns(c, past, d) <= limit), behind)
+        number = crossed.load(INT, d)
+        age = past.generations().load(INT, _place(past, number)) + 1
+        younger = found.get().equals(0) | (age < found.get())
+        with c.when(younger):
+            found.set(age)
+        crossed.store(number + 1, d)
+        c.jump(following)
+        c.begin(behind)
     c.give(found.get())
 
 
@@ -82,10 +92,8 @@ def _cross(c: Code, m: Value, t: Value) -> None:
     c.give()
 
 
-@function("void px_kink(ptr m, double t, i64 generation)")
-def _kink(c: Code, m: Value, t: Value, generation: Value) -> None:
-    """Where too many are under way those that are no jumps are left out, then the oldest ones: the
-    integrator meets them itself."""
+@function("i32 px_kink(ptr m, double t, i64 generation, i64 jumped)")
+def _kink(c: Code, m: Value, t: Value, generation: Value, jumped: Value) -> None:
     past = Past(c, m)
     count, room = past.head.load(INT, Head.KINKS), past.table.load(INT, Told.KINKS)
     crossed, oldest = past.each(Each.CROSSED), c.variable(count, INT)
@@ -94,16 +102,16 @@ def _kink(c: Code, m: Value, t: Value, generation: Value) -> None:
         oldest.set(c.emit(INT, f"select i1 {(first < oldest.get()).text}, i64 {first.text}, "
                                f"i64 {oldest.get().text}"))  # fmt: skip
     waiting = count - oldest.get()
-    left_out = (generation >= GENERATIONS) | ((generation > 0) & (waiting * 2 >= room))
+    left_out = (generation >= GENERATIONS) | (jumped.equals(0) & (waiting * 2 >= room))
+    full = waiting + 1 >= room  # the place of the last one that came back stays its own
+    with c.when(~left_out & full, leaves=True):
+        m.store(past.message(past.count), Own.ENDED)
+        c.give(ACTED)
     with c.when(~left_out):
         past.kinks.store(t, _place(past, count))
         past.generations().store(generation, _place(past, count))
         past.head.store(count + 1, Head.KINKS)
-        with c.loop(past.count) as d:
-            late = crossed.load(INT, d) < count + 1 - room
-            with c.when(late):
-                crossed.store(count + 1 - room, d)
-    c.give()
+    c.give(0)
 
 
 @function("void px_left(ptr m, double t)")
@@ -112,6 +120,7 @@ def _left(c: Code, m: Value, t: Value) -> None:
     with c.loop(past.count) as d, c.when(past.is_fixed(d)):
         then = t - past.each(Each.INTERVAL).load(REAL, d)
         past.each(Each.ONE).store(c.call(REAL, "pc_past", m, d, whole(c, 0), then), d)
+    c.run("px_copy", past.each(Each.TWO), past.each(Each.LAST), past.count)
     c.give()
 
 
@@ -123,6 +132,17 @@ def _jumps(c: Code, m: Value, t: Value) -> None:
         then = t - past.each(Each.INTERVAL).load(REAL, d)
         now = c.call(REAL, "pc_past", m, d, whole(c, 0), then)
         near = is_near(c, past.each(Each.ONE).load(REAL, d), now, JUMP)
+        with c.when(~near):
+            found.set(whole(c, 1))
+    c.give(found.get())
+
+
+@function("i64 px_jumped(ptr m)")
+def _jumped(c: Code, m: Value) -> None:
+    past = Past(c, m)
+    before, now, found = past.each(Each.TWO), past.each(Each.LAST), c.variable(0, INT)
+    with c.loop(past.count) as d, c.when(past.is_fixed(d)):
+        near = is_near(c, before.load(REAL, d), now.load(REAL, d), JUMP)
         with c.when(~near):
             found.set(whole(c, 1))
     c.give(found.get())

@@ -34,8 +34,8 @@ class Each(IntEnum):
     INTERVAL = 0  # not a number where it changes
     MOST = auto()
     LAST = auto()  # the signal where the past ends
-    ONE = auto()  # of the search for a start; values before an event
-    TWO = auto()
+    ONE = auto()  # of the search for a start; what comes back from before an event
+    TWO = auto()  # of the search for a start; the signal before an event
     LARGEST = auto()  # size of the signal
     CROSSED = auto()  # a whole number: kinks that have come back
 
