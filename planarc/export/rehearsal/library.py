@@ -156,11 +156,11 @@ class Instance:
         counts = len(program.relations), len(program.samplers)
 
         def heard(time: float, behind: bool, *flags: int) -> None:
-            crossing, fired = (
-                np.flatnonzero(_numbers(at, n).view(np.int64)).tolist()
-                for at, n in zip(flags, counts, strict=True)
-            )
             try:
+                crossing, fired = (
+                    np.flatnonzero(_numbers(at, n).view(np.int64)).tolist()
+                    for at, n in zip(flags, counts, strict=True)
+                )
                 listener(time, behind, crossing, fired)
             except BaseException as problem:  # Ctrl-C, too: nothing goes up through machine code
                 self._raised = problem
@@ -180,19 +180,23 @@ class Instance:
         return done
 
     def begin(self, t: float, tolerance: float) -> int:
-        """0, or what stands in the way of a start."""
+        """0, or what stands in the way of a start. What a listener raised is raised here."""
         self._f["model_at"](self._block, t, tolerance)
         flag: int = self._f["model_begin"](self._block)
+        self._reraise()
         return flag
 
     def go(self, t: float) -> int:
         """0 at the time `t`; else what ended the run: see `export.c.entries`. What a listener
         raised on the way is raised here."""
         flag: int = self._f["model_go"](self._block, t)
+        self._reraise()
+        return flag
+
+    def _reraise(self) -> None:
         if (raised := self._raised) is not None:
             self._raised = None
             raise raised
-        return flag
 
     def message(self, number: int) -> str:
         """The text of an ending."""

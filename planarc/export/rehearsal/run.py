@@ -7,6 +7,9 @@ Start, steps, events and the choice of states are those of FMUs and pages. Pytho
 names events, gathers warnings, and asks any other run why one cannot begin or go on. As in an FMU,
 start values are looked for from the assembly that was found at export, and steps pass by the rows.
 
+Ctrl-C is noted, and looked for behind each row: an exception on the way from machine code to Python
+would be lost.
+
 Raises:    UsageError R407 for what an exported model knows not, R400 for values that it cannot
            take; PlanarcError where no start exists, C300 where a model cannot be exported.
 """
@@ -20,6 +23,7 @@ from msgspec.structs import replace
 
 from planarc.core.clock import Clock
 from planarc.core.diagnostic import Diagnostic, PlanarcError, usage_error
+from planarc.core.interruption import Interruption
 from planarc.core.options import Backend, RunOptions, Solver
 from planarc.export.endings import ends_of
 from planarc.export.rehearsal.library import Instance, Library
@@ -110,27 +114,40 @@ class _Run:
         self._before: Mapping[str, Vector] = {}
         self._due: tuple[list[int], list[int]] = [], []
         self._held: tuple[Held, ...] = ()
+        self._interruption = Interruption()
 
     def go(self, progress: Callable[[float], None] | None) -> Result:
-        ended: Diagnostic | None = None
-        grid, recorder = self._request.grid, self._recorder
+        ended: Diagnostic | None
         try:
-            while ended is None and recorder.next < len(grid):
-                t = float(grid[recorder.next])
-                flag = self._instance.go(t)
-                ended = self._end(flag)
-                arrived = flag >= 0 and t - self._instance.w[0] <= recorder.near
-                if arrived and recorder.due(t) is not None:  # no event has taken its place
-                    recorder.take(t)
-                    recorder.pass_by(t)
-                self._asserts.check(recorder, flag >= 0 and recorder.next <= 1)
-                self._note_states(t if ended is None else min(t, float(self._instance.w[0])))
-                if progress is not None:
-                    progress(t)
+            with self._interruption:
+                ended = self._march(progress)
         except KeyboardInterrupt:
             ended = Interrupted("R440", f"interrupted at t = {self._instance.w[0]:.6g} s")
-        self._asserts.check(recorder, True)
+        self._asserts.check(self._recorder, True)
         return self._result(ended)
+
+    def _march(self, progress: Callable[[float], None] | None) -> Diagnostic | None:
+        """Through all rows, or up to what ends the run. Raises KeyboardInterrupt."""
+        ended: Diagnostic | None = None
+        grid, recorder = self._request.grid, self._recorder
+        while ended is None and recorder.next < len(grid):
+            t = float(grid[recorder.next])
+            flag = self._instance.go(t)
+            ended = self._end(flag)
+            arrived = flag >= 0 and t - self._instance.w[0] <= recorder.near
+            if arrived and recorder.due(t) is not None:  # no event has taken its place
+                recorder.take(t)
+                recorder.pass_by(t)
+            self._asserts.check(recorder, flag >= 0 and recorder.next <= 1)
+            self._note_states(t if ended is None else min(t, float(self._instance.w[0])))
+            if progress is not None:
+                progress(t)
+            self._break_off()
+        return ended
+
+    def _break_off(self) -> None:
+        if self._interruption.asked:
+            raise KeyboardInterrupt
 
     def begin(self) -> bool:
         """Whether there is a start."""
@@ -152,7 +169,10 @@ class _Run:
             instance.step_by(request.fixed_step)
         if program.relations or program.samplers:
             instance.listen(self._heard)
-        if instance.begin(request.start, finer(request.tolerance)):
+        with self._interruption:
+            refused = instance.begin(request.start, finer(request.tolerance))
+        self._break_off()
+        if refused:
             return False
         self._held = tuple(
             Held(self._names[slot], float(instance.w[start]), float(instance.w[slot]), True)

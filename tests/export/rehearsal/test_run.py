@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -15,7 +17,9 @@ from planarc import PlanarcError
 from planarc.compiler import compile_model, run
 from planarc.core.diagnostic import UsageError
 from planarc.core.options import RunOptions, Solver
+from planarc.export.rehearsal import library
 from planarc.export.rehearsal.library import Library
+from planarc.ir.result import Interrupted
 from planarc.request.request import Request
 from tests.export.test_events import BALL, TABLE
 from tests.stdlib.small import FREE
@@ -224,6 +228,32 @@ def test_ctrl_c_keeps_the_rows_so_far() -> None:
     rows = run(compile_model(Request(EXAMPLES / "pendulum.pmo")), options, progress=stop)
     assert rows.ended is not None and rows.ended.code == "R440"
     assert rows.time[-1] == pytest.approx(0.5, abs=0.01)
+
+
+class _Interrupted(dict[int, Any]):
+    """Listeners; Ctrl-C comes where machine code has just called Python so many times."""
+
+    def __init__(self, calls: int) -> None:
+        self.left = calls
+
+    def get(self, place: int, default: Any = None) -> Any:
+        self.left -= 1
+        if self.left == 0:
+            os.kill(os.getpid(), signal.SIGINT)
+        return super().get(place, default)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_on_the_way_from_machine_code_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = compile_model(Request(text=SAMPLED))
+    options = RunOptions(solver=Solver.EXPORTED)
+    monkeypatch.setattr(library, "_LISTENERS", _Interrupted(2))  # before there is a start
+    with pytest.raises(KeyboardInterrupt):
+        run(compiled, options)
+    monkeypatch.setattr(library, "_LISTENERS", _Interrupted(6))
+    rows = run(compiled, options)
+    assert isinstance(rows.ended, Interrupted) and rows.ended.code == "R440"
+    assert 0.1 <= rows.time[-1] < 0.4
 
 
 def test_runs_at_once_do_not_hear_each_other() -> None:
