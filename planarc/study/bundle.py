@@ -3,7 +3,7 @@
 In:   Payload (model, options, metrics), tasks
 Out:  outcomes
 
-A point that fails is told with its reason; nothing is raised.
+A point that fails is told with its reason; nothing is raised but KeyboardInterrupt at Ctrl-C.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from planarc.api.model import Model
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, mistake
 from planarc.core.options import RunOptions
+from planarc.ir.result import Interrupted
 from planarc.study.metric import Metrics
 
 
@@ -55,7 +56,7 @@ def run_bundle(
     end = monotonic() + patience
     outcomes: list[Outcome] = []
     for task in bundle:
-        outcomes.append(_run(payload, task))
+        outcomes.append(run_point(payload, task))
         if monotonic() > end:
             break
     return outcomes
@@ -67,10 +68,12 @@ def _options(options: RunOptions, task: Task) -> RunOptions:
     )
 
 
-def _run(payload: Payload, task: Task) -> Outcome:
+def run_point(payload: Payload, task: Task) -> Outcome:
     try:
         result = payload.model.run(_options(payload.options, task))
     except PlanarcError as problem:
+        if isinstance(problem.diagnostics[0], Interrupted):  # the whole study is meant
+            raise KeyboardInterrupt from None
         return Outcome(task.index, None, problem.diagnostics[0].message)
     except Exception as bug:
         return Outcome(task.index, None, mistake(bug).message)

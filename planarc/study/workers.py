@@ -21,7 +21,7 @@ from typing import Any
 from planarc.core.data import Data
 from planarc.core.diagnostic import usage_error
 from planarc.core.processes import Crew, Lost, cores
-from planarc.study.bundle import Outcome, Payload, Task, run_bundle
+from planarc.study.bundle import Outcome, Payload, Task, run_bundle, run_point
 
 #: Points in one bundle, at most, and seconds after which it is handed back unfinished.
 BUNDLE, PATIENCE = 32, 1.0
@@ -49,7 +49,7 @@ def outcomes_of(
         yield from _on_cluster(client, payload, _bundles(left, workers))
     elif min(count, len(left)) <= 1:
         for bundle in _bundles(left, 1):
-            yield run_bundle(payload, bundle)
+            yield from _here(payload, bundle)
     else:
         yield from _in_processes(payload, left, count, limit)
 
@@ -57,6 +57,18 @@ def outcomes_of(
 def _bundles(tasks: Sequence[Task], workers: int) -> list[tuple[Task, ...]]:
     size = max(1, min(BUNDLE, len(tasks) // max(1, 8 * workers)))
     return [tuple(tasks[i : i + size]) for i in range(0, len(tasks), size)]
+
+
+def _here(payload: Payload, bundle: Sequence[Task]) -> Iterator[list[Outcome]]:
+    """A bundle in this process, or as much of it as was done at Ctrl-C."""
+    outcomes: list[Outcome] = []
+    try:
+        for task in bundle:
+            outcomes.append(run_point(payload, task))
+    except KeyboardInterrupt:
+        yield outcomes
+        raise
+    yield outcomes
 
 
 def _on_cluster(

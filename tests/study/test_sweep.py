@@ -6,15 +6,18 @@ import json
 import math
 import os
 import resource
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 import planarc
 from planarc import Model, Result, UsageError
+from planarc.core.options import RunOptions, Solver
 from planarc.study.bundle import Outcome
 from planarc.study.sweep import StudyInterrupted
 
@@ -98,6 +101,33 @@ def test_a_point_that_takes_too_long_is_given_up(decay: Model, hang: Callable[[]
     study = planarc.sweep(decay, {"k": KS}, metric, workers=2, limit=1.0)
     assert [f.index for f in study.failures] == [1]
     assert "longer than 1 s" in study.failures[0].reason
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("solver", ["auto", "exported"])
+def test_ctrl_c_in_a_run_of_this_process_ends_the_study(
+    decay: Model, monkeypatch: pytest.MonkeyPatch, solver: str
+) -> None:
+    begun, simulate, sent = [], Model.run, []
+
+    def ctrl_c(t: float) -> None:
+        if t > 0.5 and not sent:
+            sent.append(t)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def run(self: Model, options: RunOptions) -> Result:
+        begun.append(options)
+        own = replace(options, solver=Solver(solver))
+        return simulate(self, own, progress=ctrl_c if len(begun) == 20 else None)
+
+    monkeypatch.setattr(Model, "run", run)
+    points = {"k": [0.001 * i for i in range(1, 301)]}
+    with pytest.raises(StudyInterrupted) as caught:
+        planarc.sweep(decay, points, "x", workers=1)
+    study = caught.value.study
+    assert len(begun) == 20
+    assert [row["x"] == row["x"] for row in study] == [True] * 19 + [False] * 281
+    assert {f.reason for f in study.failures} == {"it was not run"}
 
 
 def test_an_interrupted_study_is_taken_up_again(decay: Model, tmp_path: Path) -> None:
