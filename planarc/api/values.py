@@ -18,7 +18,7 @@ from planarc.core.prose import ticked
 from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 from planarc.ir.once import once
-from planarc.ir.program import ParameterSlot, Program
+from planarc.ir.program import ParameterSlot, Program, literals_of
 
 #: A number, one with a unit as text (`"20cm"`) or of pint, a truth value, the name of an
 #: enumeration literal, or a (nested) sequence of them.
@@ -57,7 +57,7 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
     result: dict[str, float] = {}
     for name, value in _scalars(by_name(given), known, "parameter", program):
         parameter = known[name]
-        _refuse_truth(parameter, value)
+        _refuse_truth(name, parameter.kind, parameter.literals, value)
         result[name] = _number(name, value, parameter.literals, parameter.unit)
     return result
 
@@ -75,15 +75,15 @@ def plain_value(program: Program, name: Any, value: Any) -> Any:
     return _number(name, value, (), _unit(known[name])) if name in known else value
 
 
-def _refuse_truth(parameter: ParameterSlot, value: Any) -> None:
+def _refuse_truth(name: str, kind: Kind, literals: Sequence[str], value: Any) -> None:
     """Refuse truth values, with which Python counts as with numbers."""
     truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
-    if truth and parameter.kind is not Kind.BOOLEAN:
+    if truth and kind is not Kind.BOOLEAN:
         word = "true" if value else "false"
-        wanted = "an integer" if parameter.kind is Kind.INTEGER else "a number"
-        if parameter.literals:
-            wanted = f"one of {ticked(parameter.literals)}"
-        raise usage_error("C202", f"`{parameter.name}` takes {wanted}, not {word}")
+        wanted = "an integer" if kind is Kind.INTEGER else "a number"
+        if literals:
+            wanted = f"one of {ticked(literals)}"
+        raise usage_error("C202", f"`{name}` takes {wanted}, not {word}")
 
 
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
@@ -94,8 +94,14 @@ def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[st
         for n, v in by_name(given).items()
     }
     _refuse_parameters(plain, program)
-    scalars = _scalars(plain, known, "variable", program)
-    return {n: _number(n, v, (), _unit(known[n])) for n, v in scalars}
+    result: dict[str, float] = {}
+    for name, value in _scalars(plain, known, "variable", program):
+        kind = getattr(known[name], "kind", Kind.REAL)
+        literals = literals_of(program).get(name, ())
+        own = f"{name}{_START}"
+        _refuse_truth(own, kind, literals, value)
+        result[name] = _number(own, value, literals, _unit(known[name]))
+    return result
 
 
 def _refuse_parameters(given: Iterable[str], program: Program) -> None:

@@ -27,6 +27,7 @@ from planarc.ir.expr import Expr, Exprs, text
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
 from planarc.ir.mechanism import Mechanism
+from planarc.ir.once import once
 
 # Statements ----------------------------------------------------------------------------
 
@@ -364,3 +365,9 @@ class Program(Data):
 def whole_name(name: str) -> str:
     """The array of which a scalar is an element: `a.n` of `a[2].n[1]`."""
     return re.sub(r"\[[\d,]+\]", "", name)
+
+
+@once
+def literals_of(program: Program) -> dict[str, tuple[str, ...]]:
+    """The literals of the variables and parameters of enumerations, by their names."""
+    return {name: e.literals for e in program.enumerations for name in e.members}

@@ -10,7 +10,7 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_ce
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
-from planarc.ir.program import Let, ParameterSlot, Program
+from planarc.ir.program import Column, Let, ParameterSlot, Program, literals_of
 from planarc.solve.deciding import deciding, given_by, start_meant
 
 if TYPE_CHECKING:
@@ -92,7 +92,8 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409)."""
     if not (options.values or options.starts):
         return ()
-    known, columns = _parameters(program), _units(program) if options.starts else {}
+    known, columns = _parameters(program), _columns(program) if options.starts else {}
+    units = {n: columns[n].unit for n in options.starts if n in columns}
     found: list[tuple[str, str | None]] = []
     for name, value in options.values.items():
         low, high = known[name].minimum, known[name].maximum
@@ -103,13 +104,13 @@ def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
             hint = None if share is None else f"if per cent are meant, give {share:.6g}"
             found.append((f"`{name}` = {value:g} lies above its maximum {high:g}", hint))
     angles = [(n, v) for n, v in options.values.items() if known[n].unit == "rad"]
-    angles += [(n, v) for n, v in options.starts.items() if columns.get(n) == "rad"]
+    angles += [(n, v) for n, v in options.starts.items() if units.get(n) == "rad"]
     for name, value in angles:
         if looks_like_degrees(value):
             message = f"`{name}` = {value:g} is in radian, {turns(value)}"
             found.append((message, f"if degrees are meant, give {math.radians(value):.6g}"))
     for name, value in options.starts.items():
-        if columns.get(name) == "rad/s" and looks_like_rpm(value):
+        if units.get(name) == "rad/s" and looks_like_rpm(value):
             message = f"`{name}` = {value:g} is in rad/s, {value / RPM:.0f} rpm"
             found.append((message, f"if rpm are meant, give {value * RPM:.6g}"))
     return tuple(Diagnostic("R409", m, None, Severity.WARNING, hint) for m, hint in found)
@@ -224,7 +225,7 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
         return {}
     known = _parameters(program)
     settable = ((_settable(known, program, name), value) for name, value in given.items())
-    return {parameter.slot: _of_kind(parameter, value) for parameter, value in settable}
+    return {p.slot: _of_kind(p.name, p.kind, p.literals, value) for p, value in settable}
 
 
 def _start_time(program: Program, start: float) -> dict[int, float]:
@@ -233,23 +234,23 @@ def _start_time(program: Program, start: float) -> dict[int, float]:
     return {} if slot is None else {slot: start}
 
 
-def _of_kind(parameter: ParameterSlot, value: float) -> float:
+def _of_kind(name: str, kind: Kind, literals: Sequence[str], value: float) -> float:
     """The number of a value: a truth value is 0 or 1, a literal of an enumeration its number."""
-    number = _finite(parameter.name, value)
-    match parameter.kind:
+    number = _finite(name, value)
+    match kind:
         case Kind.REAL:
             return number
         case Kind.BOOLEAN if number not in (0, 1):
-            raise _usage("R409", f"`{parameter.name}` takes true or false, not {number:g}")
+            raise _usage("R409", f"`{name}` takes true or false, not {number:g}")
         case Kind.INTEGER if number != int(number):
-            raise _usage("R409", f"`{parameter.name}` takes an integer, not {number:g}")
+            raise _usage("R409", f"`{name}` takes an integer, not {number:g}")
         case Kind.INTEGER if abs(number) > LARGEST_INTEGER:
-            raise _usage("R409", f"`{parameter.name}` takes an integer below 2^53, not {number:g}")
-        case Kind.ENUMERATION if number not in range(1, len(parameter.literals) + 1):
+            raise _usage("R409", f"`{name}` takes an integer below 2^53, not {number:g}")
+        case Kind.ENUMERATION if number not in range(1, len(literals) + 1):
             raise _usage(
                 "R409",
-                f"`{parameter.name}` has no literal number {number:g}",
-                f"choose among {ticked(parameter.literals)}",
+                f"`{name}` has no literal number {number:g}",
+                f"choose among {ticked(literals)}",
             )
     return number
 
@@ -362,8 +363,8 @@ def _parameters(program: Program) -> dict[str, ParameterSlot]:
 
 
 @once
-def _units(program: Program) -> dict[str, str]:
-    return {c.name: c.unit for c in program.columns}
+def _columns(program: Program) -> dict[str, Column]:
+    return {c.name: c for c in program.columns}
 
 
 def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
@@ -384,5 +385,8 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
                 given_by(program, name)
                 or (f"set the start value of {either(near)}" if near else None),
             )
-        result[slots[slot]] = sign * _finite(f"{name}.start", value)
+        column = _columns(program).get(name)
+        kind = Kind.REAL if column is None else column.kind
+        literals = literals_of(program).get(name, ())
+        result[slots[slot]] = sign * _of_kind(f"{name}.start", kind, literals, value)
     return result

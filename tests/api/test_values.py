@@ -81,6 +81,77 @@ def test_values_that_no_parameter_of_the_kind_has(
     assert words in str(caught.value)
 
 
+COUNTER = """model Counter
+  type Mode = enumeration(off, slow, fast);
+  Integer i(start=1, fixed=true);
+  Boolean b(start=false, fixed=true);
+  Mode mode(start=Mode.off, fixed=true);
+  Real x(start=1, fixed=true);
+equation
+  der(x) = -x;
+  when sample(0.5, 1) then
+    i = pre(i) + 1;
+    b = not pre(b);
+    mode = pre(mode);
+  end when;
+end Counter;
+"""
+
+
+@pytest.fixture(scope="module")
+def counter() -> Model:
+    return planarc.load(COUNTER)
+
+
+@pytest.mark.parametrize(
+    ("given", "value"),
+    [
+        ({"i": 3}, 3),
+        ({"i.start": -2.0}, -2),
+        ({"b": True}, 1),
+        ({"b.start": 1}, 1),
+        ({"mode": "fast"}, 3),
+        ({"mode.start": "Mode.slow"}, 2),
+        ({"mode": 2}, 2),
+    ],
+)
+def test_start_values_of_every_kind(counter: Model, given: dict[str, Any], value: float) -> None:
+    (name,) = given
+    assert counter.simulate(1, start=given)[name.removesuffix(".start")][0] == value
+
+
+@pytest.mark.parametrize("solver", ["auto", "exported"])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"i": 2.5}, "`i.start` takes an integer, not 2.5"),
+        ({"i": True}, "`i.start` takes an integer, not true"),
+        ({"i": 2.0**60}, "`i.start` takes an integer below 2^53"),
+        ({"b": 0.5}, "`b.start` takes true or false, not 0.5"),
+        ({"mode": 7}, "`mode.start` has no literal number 7"),
+        ({"mode": 0}, "choose among `off`, `slow`, `fast`"),
+        ({"mode": "fats"}, "did you mean `fast`"),
+        ({"mode": True}, "`mode.start` takes one of `off`, `slow`, `fast`, not true"),
+        ({"x": True}, "`x.start` takes a number, not true"),
+    ],
+)
+def test_start_values_that_no_variable_of_the_kind_has(
+    counter: Model, given: dict[str, Any], words: str, solver: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        counter.simulate(1, start=given, solver=solver)
+    assert words in str(caught.value)
+
+
+def test_a_study_over_start_values_of_other_kinds(counter: Model) -> None:
+    study = planarc.sweep(counter, {"mode.start": ["slow", "fast"]}, "mode", workers=1)
+    assert list(study["mode"]) == [2.0, 3.0]
+    study = planarc.sweep(counter, {"i.start": [1.0, 2.5]}, "i", workers=1)
+    assert [(f.index, f.reason) for f in study.failures] == [
+        (1, "`i.start` takes an integer, not 2.5")
+    ]
+
+
 def sizes(model: Model, given: dict[str, Any]) -> tuple[int, ...]:
     """How many `z` the two parts have, and how many `y` the second of them."""
     with warnings.catch_warnings():

@@ -23,7 +23,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr, Op, postorder, symbol_text
-from planarc.ir.program import Column, ParameterSlot, Program, whole_name
+from planarc.ir.program import Column, ParameterSlot, Program, literals_of, whole_name
 from planarc.view.page.data import shown_unit
 
 #: The least share of its length at which the value of a slider from bound to bound stands.
@@ -99,7 +99,7 @@ def inputs_of(program: Program, values: Any, others: Sequence[str] = ()) -> tupl
     known = {c.name: c for c in program.columns}
     wanted = [known[n] for n in program.inputs if n in known and not n.startswith("der(")]
     wanted += [known[name] for name in others]
-    literals = {name: e.literals for e in program.enumerations for name in e.members}
+    literals = literals_of(program)
     limits = {told.name: told.numbers for told in program.limits}
     return tuple(
         _field(c.name, c.name, c.kind, float(values[c.name][0]), c.unit, c,
