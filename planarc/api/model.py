@@ -428,10 +428,11 @@ class Model(Loaded):
         """Derivatives of all variables with respect to some parameters, over time.
 
         `values` are other values of parameters, around which the derivatives are taken. The
-        equations of the sensitivities are integrated beside the motion, as exactly as that.
+        equations of the sensitivities are integrated beside the motion, as exactly as that; a model
+        with events is run with a little more and a little less of each parameter.
 
         Raises UnknownName, UsageError (C244, C253), and PlanarcError (R473) where a sensitivity
-        cannot be followed, as through an event whose instant depends on the parameter.
+        cannot be followed, as it grows beyond all bounds.
         """
         from planarc.api.analysis.sensitivity import sensitivities
 

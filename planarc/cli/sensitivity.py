@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan, nan
 from pathlib import Path
 from typing import Annotated
 
@@ -71,7 +72,8 @@ def sensitivity(
         save(output, lambda path: write_rows(path, head, zip(*columns, strict=True)))
     if as_json:
         table = [
-            {"variable": v, "parameter": p, "values": x.tolist()} for (v, p), x in pairs.items()
+            {"variable": v, "parameter": p, "values": [None if isnan(d) else d for d in x.tolist()]}
+            for (v, p), x in pairs.items()
         ]
         say_json(
             {"model": model.name, "method": found.method, "derivatives": found.derivatives,
@@ -85,8 +87,15 @@ def sensitivity(
         ("equations", "differences"): "from differences of the equations",
     }.get((found.method, found.derivatives), "from differences of runs")
     console.say(f"{model.name}: derivatives {how}, and the largest until t = {end} s")
-    rows = [(v, p, number(x[-1]), number(abs(x).max())) for (v, p), x in pairs.items()]
+    rows = [(v, p, number(x[-1]), number(_largest(x.tolist()))) for (v, p), x in pairs.items()]
     say_table(("variable", "parameter", "at the end", "largest"), rows)
+    if any(isnan(d) for x in pairs.values() for d in x.tolist()):
+        console.tell("nan: events at this time move with the parameter to both sides of it")
     if output is not None:
         console.say(f"{output} ({counted(len(found.time), 'row')})")
     return 0
+
+
+def _largest(values: list[float]) -> float:
+    """The largest size of those that are known."""
+    return max((abs(d) for d in values if not isnan(d)), default=nan)

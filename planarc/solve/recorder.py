@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Take = Callable[["Vector"], None]
 
+#: An event this near to a row asked for, as a part of the distance of rows, takes its place.
+NEAR = 1e-9
+
 
 class Recorder:
     """The rows taken from a kernel's workspace. `next` is the next row asked for in `grid`."""
@@ -45,8 +48,7 @@ class Recorder:
         self.count = 0
         self.edition = 0
         self._looked = 0  # rows that are known to hold finite numbers
-        #: An event this near to a row asked for takes its place.
-        self.near = 1e-9 * _nearest(grid)
+        self.near = NEAR * _nearest(grid)
         self._copy = _copier(kernel, self.slots)
         rows = len(grid) + 16
         try:

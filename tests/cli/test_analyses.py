@@ -107,6 +107,24 @@ def test_sensitivity(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None
     assert table.read_text("utf-8").startswith("time,d(revA.phi)/d(crankBody.m)")
 
 
+def test_sensitivity_without_a_derivative_at_a_row(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    model = tmp_path / "B.pmo"
+    model.write_text(
+        "model B parameter Real p = 0.5; discrete Real a(start=0, fixed=true);"
+        " discrete Real b(start=0, fixed=true); Real y; equation y = a + b;"
+        " when time >= p then a = time; end when;"
+        " when time >= 1 - p then b = 2*time; end when; end B;",
+        "utf-8",
+    )
+    options = ("--parameter", "p", "--variable", "y", "--stop", "1", "--intervals", "4")
+    (only,) = told(capsys, "sensitivity", str(model), *options)["sensitivities"]
+    assert only["values"][2] is None
+    text = said(capsys, "sensitivity", str(model), *options)
+    assert text.splitlines()[-1].split() == ["y", "p", "-1", "1"]
+
+
 def test_sweep(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     options = ("--metric", "max(revA.w)", "--metric", "revA.phi", "--stop", "1")
     found = told(capsys, "sweep", FOUR_BAR, "--vary", "crankBody.m=0.5:1:3", *options)

@@ -12,7 +12,8 @@ these are missing, from differences of the equations at one point, and `derivati
 They are no differences of runs: the integrator's error does not enter. States are chosen
 as in a run, and S is carried over.
 
-A model with events gets differences of runs at a tight tolerance instead; `method` says so.
+A model with events gets differences of runs at a tight tolerance instead (`compared`); `method`
+says so.
 
 Reference: T. Maly, L. R. Petzold, Appl. Numer. Math. 20(1-2), 1996, 57-79.
 """
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec.structs import replace
 
+from planarc.api.analysis.compared import compare_runs
 from planarc.api.analysis.partials import Differences, Formulas, NoFormulaError, Partials
 from planarc.api.analysis.point import Point, open_point
 from planarc.api.values import parameter_values
@@ -47,15 +49,15 @@ if TYPE_CHECKING:
 CHANGE = 1e-5
 #: The tolerance of the integration is never looser.
 TOLERANCE = 1e-10
-#: Relative changes of a parameter where whole runs are compared, and their tolerance.
-RUN_STEP, RUN_TOLERANCE = 1e-4, 1e-11
 
 
 class Sensitivities(Data):
     """`s["crank.phi", "rod.L"]` is d(crank.phi)/d(rod.L) over `time`; `values` the motion.
 
     Units are that of the variable over that of the parameter. `data` has the shape
-    (rows, variables, parameters), in the order of `names` and `parameters`.
+    (rows, variables, parameters), in the order of `names` and `parameters`. A row at an event has
+    the values after it. What jumps or bends there, at an instant that moves with the parameter, has
+    the derivative from the side of these values; it is NaN where events move to both sides.
     """
 
     time: Vector
@@ -243,18 +245,6 @@ class _Equations:
 
 
 def _by_runs(model: Model, values: dict[str, float], options: RunOptions) -> Sensitivities:
-    grid = resolve(model.program, options).grid
-    options = replace(options, tolerance=min(RUN_TOLERANCE, options.tolerance or 1.0))
-    names = tuple(c.name for c in model.program.columns if not c.name.startswith("$"))
-
-    def run(changed: dict[str, float]) -> Vector:
-        result = model.run(replace(options, values={**options.values, **changed}))
-        rows = np.clip(np.searchsorted(result.time, grid - 1e-12), 0, len(result.time) - 1)
-        return np.array([result[n][rows] for n in names]).T
-
-    data = []
-    for name, value in values.items():
-        h = RUN_STEP * (abs(value) or 1.0)
-        data.append((run({name: value + h}) - run({name: value - h})) / (2 * h))
-    stacked = np.moveaxis(np.array(data), 0, -1)
-    return Sensitivities(grid, tuple(values), names, stacked, run({}), "differences", "differences")
+    found = compare_runs(model, values, options)
+    how = "differences", "differences"
+    return Sensitivities(found.time, tuple(values), found.names, found.data, found.motion, *how)

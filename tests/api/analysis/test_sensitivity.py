@@ -156,6 +156,62 @@ def test_of_a_model_with_events_come_from_runs() -> None:
     assert np.allclose(found["v", "e"][after], 9.81 * fall, rtol=1e-5)
 
 
+def sampled(when: str, parameter: str) -> Model:
+    return load(
+        f"model S parameter Real {parameter}; Real x(start=1, fixed=true);"
+        " discrete Real s(start=0, fixed=true); discrete Real c(start=0, fixed=true);"
+        f" equation der(x) = -x; when {when} then s = x; c = pre(c) + 1; end when;"
+        " annotation(experiment(StopTime=1, Interval=0.05, Tolerance=1e-9)); end S;"
+    )
+
+
+@pytest.mark.parametrize("instant", [0.5, 0.50001, 0.49999, 0.52, 1.0])
+def test_rows_at_an_event_that_moves_with_the_parameter_are_one_sided(instant: float) -> None:
+    """s = exp(-T) from T on, at the row of the event, too; also where an event is near a row."""
+    found = sampled("time >= T", f"T = {instant}").sensitivities(["T"])
+    happened = found.time >= instant
+    assert np.allclose(found["s", "T"], np.where(happened, -np.exp(-instant), 0), atol=1e-6)
+    assert np.allclose(found.values("s"), np.where(happened, np.exp(-instant), 0), atol=1e-9)
+    assert np.allclose(found["x", "T"], 0, atol=1e-6)
+
+
+def test_rows_at_samples_whose_interval_is_the_parameter() -> None:
+    found = sampled("sample(0.1, p)", "p = 0.25").sensitivities(["p"])
+    fired = np.floor((found.time - 0.1) / 0.25 + 1e-9)
+    at = 0.1 + 0.25 * fired
+    assert np.allclose(found["s", "p"], np.where(fired >= 0, -fired * np.exp(-at), 0), atol=1e-6)
+    assert np.allclose(found.values("s"), np.where(fired >= 0, np.exp(-at), 0), atol=1e-9)
+
+
+def test_of_a_ball_that_strikes_at_a_row() -> None:
+    """h0 = g/2*t1^2 with t1 = 0.5; thereafter v = e*g*t1 - g*(t - t1)."""
+    model = load(
+        "model Ball parameter Real e = 0.8; parameter Real h0 = 9.81/8;"
+        " Real h(start=h0, fixed=true); Real v(fixed=true); equation der(h) = v; der(v) = -9.81;"
+        " when h < 0 then reinit(v, -e*pre(v)); end when; end Ball;"
+    )
+    found = model.sensitivities(["h0", "e"], stop_time=0.9, intervals=9)
+    after = found.time > 0.49
+    assert np.allclose(found["v", "h0"], np.where(after, 9.81 * 1.8 / (9.81 * 0.5), 0), atol=1e-5)
+    assert np.allclose(found["v", "e"], np.where(after, 9.81 * 0.5, 0), atol=1e-5)
+    assert np.allclose(found["h", "e"], after * 9.81 * 0.5 * (found.time - 0.5), atol=1e-5)
+
+
+def test_what_events_on_both_sides_of_a_row_change_has_no_derivative_there() -> None:
+    """At 0.5 one of two events comes later with p, the other earlier."""
+    model = load(
+        "model B parameter Real p = 0.5; discrete Real a(start=0, fixed=true);"
+        " discrete Real b(start=0, fixed=true); Real x(start=1, fixed=true); Real y; equation"
+        " der(x) = -p*x; y = a + b; when time >= p then a = time; end when;"
+        " when time >= 1 - p then b = 2*time; end when; end B;"
+    )
+    found = model.sensitivities(["p"], stop_time=1, intervals=10)
+    at = found.time == 0.5
+    assert np.array_equal(np.isnan(found["y", "p"]), at)
+    assert np.allclose(found["y", "p"][~at], np.where(found.time > 0.5, -1, 0)[~at], atol=1e-6)
+    assert np.allclose(found["x", "p"], -found.time * np.exp(-0.5 * found.time), atol=1e-6)
+
+
 def test_tables_of_pandas(lag: Model) -> None:
     pytest.importorskip("pandas")
     found = lag.sensitivities(["T"], stop_time=1)
