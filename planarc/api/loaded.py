@@ -142,7 +142,7 @@ class Loaded:
         """The kernel with inputs that follow what is given."""
         if not inputs:
             return kernel
-        from planarc.api.signals import ForcedKernel, read_signals
+        from planarc.api.signals import ForcedKernel, read_corners, read_signals
 
         program, inputs = self.program, by_name(inputs, "inputs and their values", "hinge.tau")
         refuse_unknown("input", inputs, program.inputs)
@@ -150,7 +150,8 @@ class Loaded:
         stop = program.experiment.stop if options.stop is None else options.stop
         signals = read_signals(inputs, program.inputs, stop - begin)
         slots = [(program.slots[name], f) for name, f in signals.items()]
-        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin)
+        bends = read_corners(inputs)
+        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin, bends)
 
     def take_name(self, of: Program) -> None:
         """Be called as another model, of which this is a variant."""

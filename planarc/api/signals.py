@@ -2,8 +2,9 @@
 
 A signal is a number, a function `f(t)`, or a table: a pair (times, values), or rows of
 them. Tables go through their points as a cubic spline where second derivatives are needed,
-and on straight lines where they are not. A motion may also be three functions: position,
-velocity, acceleration; those that are not given come from differences of high order.
+and on straight lines where they are not; a run stops at their `corners`. A motion may also be
+three functions: position, velocity, acceleration; those that are not given come from
+differences of high order.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 
+from planarc.api.corners import corners
 from planarc.core.diagnostic import usage_error
 from planarc.ir.kernel import Capabilities, Kernel
 
@@ -61,6 +63,16 @@ def read_signals(
         elif rate in inputs and rate not in given:
             found[rate] = _slope(name, signal)
     return found
+
+
+def read_corners(given: Mapping[str, Signal]) -> list[float]:
+    """The instants, ascending, at which tables bend so much that a run must stop there."""
+    tables = [
+        read_table(n, s)
+        for n, s in given.items()
+        if not isinstance(s, int | float) and not callable(s)
+    ]
+    return sorted({t for table in tables for t in corners(*table).tolist()})
 
 
 def _slope(name: str, given: Signal) -> Callable[[float], float]:
@@ -189,13 +201,18 @@ class ForcedKernel:
     """A kernel whose inputs, or parameters, follow functions of time.
 
     `force(t)` gives the values by slot. It stands between an integrator and the kernel,
-    so that every evaluation sees the values of its own time.
+    so that every evaluation sees the values of its own time. A run stops at the `corners` of the
+    functions.
     """
 
     def __init__(
-        self, kernel: Kernel, force: Callable[[float], Mapping[int, float]], begin: float
+        self,
+        kernel: Kernel,
+        force: Callable[[float], Mapping[int, float]],
+        begin: float,
+        corners: Sequence[float] = (),
     ) -> None:
-        self.inner, self._values, self._begin = kernel, force, begin
+        self.inner, self._values, self._begin, self._corners = kernel, force, begin, corners
         self.w: MutableSequence[float] = kernel.w
         self.history = kernel.history
 
@@ -210,9 +227,9 @@ class ForcedKernel:
 
     @property
     def capabilities(self) -> Capabilities:
-        """A way to the start at most: every evaluation comes by here, to see the values of its
+        """A way to the start and corners: every evaluation comes by here, to see the values of its
         time."""
-        return Capabilities(lead=self.inner.capabilities.lead)
+        return Capabilities(lead=self.inner.capabilities.lead, corners=self._corners)
 
     def __getattr__(self, name: str) -> Any:
         """The kernel's own attribute, for whatever takes no time."""

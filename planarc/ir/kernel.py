@@ -9,6 +9,7 @@ its own, or None.
     machine    addresses for an integrator in C        native kernels
     reactions  the iteration of events                 native kernels of models that switch
     lead       a way to the start                      models with simplified equations
+    corners    instants to stop at                     kernels that tables drive
 
 Example: an integrator with a Jacobian of its own takes the kernel's where it is offered.
 
@@ -202,6 +203,7 @@ class Capabilities(Data):
     machine: Machine | None = None
     reactions: Callable[[], Reactions | None] | None = None
     lead: Lead | None = None
+    corners: Sequence[float] = ()  # ascending
 
 
 class Kernel(Protocol):

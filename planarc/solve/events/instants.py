@@ -1,11 +1,12 @@
 """Time events: the instants known beforehand, at which the run stops exactly.
 
 In:   Program, Kernel (parameters set)
-Out:  Schedule   when `sample` fires and when relations of time alone switch
+Out:  Schedule   when `sample` fires, when relations of time alone switch, and when inputs bend
 
 A relation such as `time >= t0` whose zero function is linear in time switches at an
 instant that can be computed; those of other relations of time alone (`sin(time) > 0`), also
-by way of variables, are looked for (`scan`). The integrator is led exactly there.
+by way of variables, are looked for (`scan`). The integrator is led exactly there, and to the
+corners of tables that drive the kernel, where it stops without an event, lest it step over a pulse.
 """
 
 from __future__ import annotations
@@ -85,6 +86,7 @@ class Schedule:
         found.sort()
         self.instants = [t for t, _, _ in found]
         self.switches = [(i, truth) for _, i, truth in found]
+        self._corners = kernel.capabilities.corners
 
     def judge(self, start: float, stop: float) -> Iterator[Diagnostic]:
         """What is wrong with instants: a sampler without ticks, or more than a run can take."""
@@ -102,12 +104,12 @@ class Schedule:
 
     def next(self, after: float) -> float:
         """The first instant that lies after a time."""
-        if not (self.samplers or self.instants):
+        if not (self.samplers or self.instants or self._corners):
             return math.inf
         found = math.inf
-        if self.instants:
-            place = bisect_right(self.instants, after + room(after))
-            found = min((found, *self.instants[place : place + 1]))
+        for known in (self.instants, self._corners):
+            place = bisect_right(known, after + room(after))
+            found = min((found, *known[place : place + 1]))
         for sampler in self.samplers:
             if sampler.interval > 0 and after < (t := sampler.next()) < found:
                 found = found if same(t, after) else t

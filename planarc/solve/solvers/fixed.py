@@ -65,10 +65,7 @@ class FixedStep(SteppingIntegrator):
         self._before = (self._t, self._y, self._slope)
 
     def step(self, limit: float) -> March:
-        begin = self._t
-        t = self._origin + (self._index + 1) * self._length
-        if t > limit - REST * self._length:
-            t = limit
+        begin, t = self._t, self._next(limit)
         try:
             y = self._advance(begin, t - begin)
             if not all(map(math.isfinite, y)):
@@ -79,8 +76,16 @@ class FixedStep(SteppingIntegrator):
         self._before = (begin, self._y, self._slope)
         self._slope = slope
         self._steps += 1
-        self._index += 1
         return self._rooted(t, y, limit)
+
+    def _next(self, limit: float) -> float:
+        """Where the next step ends; at a limit the steps begin anew."""
+        t = self._origin + (self._index + 1) * self._length
+        if t > limit - REST * self._length:
+            self._origin, self._index = limit, 0
+            return limit
+        self._index += 1
+        return t
 
     def _rooted(self, t: float, y: Values, limit: float) -> March:
         """Whether a relation has switched within the step: it is treated at its end."""

@@ -142,10 +142,7 @@ class Moreau(FixedStep):
                 raise PlanarcError(overlap(self._ports.program, name, self._t, names, depth))
 
     def step(self, limit: float) -> March:
-        begin = self._t
-        t = self._origin + (self._index + 1) * self._length
-        if t > limit - REST * self._length:
-            t = limit
+        begin, t = self._t, self._next(limit)
         try:
             y = self._moved_by(begin, t - begin)
             if not np.isfinite(y).all():
@@ -155,7 +152,6 @@ class Moreau(FixedStep):
         except Unsolved as problem:
             return problem.march()
         self._steps += 1
-        self._index += 1
         return self._rooted(t, y.tolist(), limit)
 
     def _moved_by(self, begin: float, h: float) -> Vector:
