@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from planarc.api.values import by_name
+from planarc.api.inputs import input_names, sort_inputs
 from planarc.api.variables import Names, Parameter, parameters_of
 from planarc.api.variant import named_like
 from planarc.compiled import Compiled
@@ -21,7 +21,6 @@ from planarc.compiler import compile_model
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Backend, RunOptions
 from planarc.core.prose import counted
-from planarc.core.unknown import refuse_unknown
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request
@@ -110,7 +109,7 @@ class Loaded:
     @property
     def inputs(self) -> tuple[str, ...]:
         """The names of the inputs, which `simulate(inputs=...)` takes."""
-        return self.program.inputs
+        return input_names(self.program)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -136,16 +135,20 @@ class Loaded:
             known = self._shelves[compiled.backend] = compiled, Shelf()
         return known[1]
 
-    def forced(
-        self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal] | None
-    ) -> Kernel:
-        """The kernel with inputs that follow what is given."""
+    def sorted_inputs(
+        self, options: RunOptions, inputs: Mapping[str, Signal] | None
+    ) -> tuple[RunOptions, dict[str, Signal]]:
+        """Options with the values of inputs that are held in a run, and the signals of others."""
+        held, signals = sort_inputs(self.program, inputs)
+        return replace(options, starts={**options.starts, **held}) if held else options, signals
+
+    def forced(self, kernel: Kernel, options: RunOptions, inputs: Mapping[str, Signal]) -> Kernel:
+        """The kernel with inputs that follow signals."""
         if not inputs:
             return kernel
         from planarc.api.signals import ForcedKernel, read_corners, read_signals
 
-        program, inputs = self.program, by_name(inputs, "inputs and their values", "hinge.tau")
-        refuse_unknown("input", inputs, program.inputs)
+        program = self.program
         begin = program.experiment.start if options.start is None else options.start
         stop = program.experiment.stop if options.stop is None else options.stop
         signals = read_signals(inputs, program.inputs, stop - begin)

@@ -156,8 +156,9 @@ class Model(Loaded):
         `interval` (s), or `intervals` + 1 of them, and two at each event. `parameters` and `start`
         set values by name (SI units; an array takes a sequence). `start_from` takes all others from
         `"equilibrium"`, `"assembly 2"` (as `assemble` lists them, from 1), or the last row of a
-        Result or of a file. `inputs` are numbers, functions of time or tables; what the model needs
-        of their derivatives follows, or is given as `der(u)`.
+        Result or of a file. `inputs` are numbers, functions of time or tables, one for each element
+        of an array; Booleans, Integers and enumerations are held. What the model needs of their
+        derivatives follows, or is given as `der(u)`.
         `solver` is a member of `Solver` or its name, as `cvode-adams`; those of one step length, as
         `rk4`, take a `fixed_step` (s). `contact="stepping"` takes rigid contacts by steps of
         that length instead of at events, as a model with a crowd does by itself. `redundant`: see
@@ -244,11 +245,12 @@ class Model(Loaded):
         if options.redundant not in (None, self.request.redundant):
             return self._with_redundant(options.redundant).run(options, inputs, progress)
         compiled = self.compiled(options.backend)
-        if inputs:
+        options, signals = self.sorted_inputs(options, inputs)
+        if signals:
             if not options.solver.home:
                 raise usage_error("R407", f"the solver `{options.solver}` takes no input signals",
                                   hint="leave the solver out")  # fmt: skip
-            kernel = self.forced(compiled.load(), options, inputs)
+            kernel = self.forced(compiled.load(), options, signals)
             rows = run(compiled, options, progress=progress, kernel=kernel)
         else:
             rows = self._run(compiled, options, progress)

@@ -56,10 +56,14 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
     known = slots_of(program)
     result: dict[str, float] = {}
     for name, value in _scalars(by_name(given), known, "parameter", program):
-        parameter = known[name]
-        _refuse_truth(name, parameter.kind, parameter.literals, value)
-        result[name] = _number(name, value, parameter.literals, parameter.unit)
+        result[name] = value_of(known[name], value)
     return result
+
+
+def value_of(parameter: ParameterSlot, value: Value) -> float:
+    """The number of a value of a parameter, in its unit. Raises UsageError."""
+    _refuse_truth(parameter.name, parameter.kind, parameter.literals, value)
+    return _number(parameter.name, value, parameter.literals, parameter.unit)
 
 
 def plain_value(program: Program, name: Any, value: Any) -> Any:
@@ -67,7 +71,7 @@ def plain_value(program: Program, name: Any, value: Any) -> Any:
     from planarc.core.quantity import split
 
     with_unit = hasattr(value, "to_base_units") or (isinstance(value, str) and split(value))
-    if not with_unit or _is_sequence(value) or not isinstance(name, str):
+    if not with_unit or is_sequence(value) or not isinstance(name, str):
         return value
     known: Mapping[str, Any] = slots_of(program)
     if name not in known:
@@ -169,15 +173,17 @@ def _scalars(
 ) -> Iterable[tuple[str, Any]]:
     for name, value in given.items():
         if name in known:
-            if _is_sequence(value) and getattr(value, "shape", None) != ():
+            if is_sequence(value) and getattr(value, "shape", None) != ():
                 raise _shape(name, "one number", value)
             yield name, value
             continue
         elements = elements_of(name, known) if isinstance(name, str) else {}
         if elements:
-            yield from _elements(name, value, elements)
+            yield from spread(name, value, elements)
         elif kind == "parameter" and any(c.name == name for c in program.columns):
-            is_input = name in program.inputs
+            is_input = name in program.inputs or any(
+                d.name == name and d.given is not None for d in program.discretes
+            )
             hint = f"give its start value: `--set {name}.start=...` (in Python "
             hint += f'`start={{"{name}": ...}}`)'
             if is_input:
@@ -204,15 +210,15 @@ def elements_of(name: str, known: Iterable[str]) -> dict[tuple[int, ...], str]:
     }
 
 
-def _elements(
+def spread(
     name: str, value: Any, elements: Mapping[tuple[int, ...], str]
 ) -> Iterable[tuple[str, Any]]:
-    """The scalars of an array, by their names."""
+    """The scalars of an array, by their names. Raises UsageError C203."""
     found: dict[tuple[int, ...], Any] = {}
     stack: list[tuple[tuple[int, ...], Any]] = [((), value)]
     while stack:
         at, item = stack.pop()
-        if not _is_sequence(item):
+        if not is_sequence(item):
             found[at] = item
             continue
         stack.extend(((*at, i), part) for i, part in enumerate(item, 1))
@@ -222,7 +228,7 @@ def _elements(
     return [(n, found[at]) for at, n in elements.items()]
 
 
-def _is_sequence(value: Any) -> bool:
+def is_sequence(value: Any) -> bool:
     if hasattr(value, "to_base_units"):  # a number of pint says that it may be an array
         return getattr(value, "ndim", 0) > 0
     return not isinstance(value, str | bytes) and hasattr(value, "__iter__")

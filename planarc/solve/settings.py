@@ -225,7 +225,7 @@ def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int,
         return {}
     known = _parameters(program)
     settable = ((_settable(known, program, name), value) for name, value in given.items())
-    return {p.slot: _of_kind(p.name, p.kind, p.literals, value) for p, value in settable}
+    return {p.slot: of_kind(p.name, p.kind, p.literals, value) for p, value in settable}
 
 
 def _start_time(program: Program, start: float) -> dict[int, float]:
@@ -234,7 +234,7 @@ def _start_time(program: Program, start: float) -> dict[int, float]:
     return {} if slot is None else {slot: start}
 
 
-def _of_kind(name: str, kind: Kind, literals: Sequence[str], value: float) -> float:
+def of_kind(name: str, kind: Kind, literals: Sequence[str], value: float) -> float:
     """The number of a value: a truth value is 0 or 1, a literal of an enumeration its number."""
     number = _finite(name, value)
     match kind:
@@ -388,5 +388,5 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
         column = _columns(program).get(name)
         kind = Kind.REAL if column is None else column.kind
         literals = literals_of(program).get(name, ())
-        result[slots[slot]] = sign * _of_kind(f"{name}.start", kind, literals, value)
+        result[slots[slot]] = sign * of_kind(f"{name}.start", kind, literals, value)
     return result

@@ -159,7 +159,8 @@ def open_point(
     options = replace(options, stop=max(begin, program.experiment.stop) if at is None else at)
     if not options.solver.home:  # a whole run is no way to a point
         options = replace(options, solver=Solver.AUTO)
-    kernel = model.forced(compiled.load(), options, inputs)
+    options, signals = model.sorted_inputs(options, inputs)
+    kernel = model.forced(compiled.load(), options, signals)
     request = resolve(program, options)
     run = Run(program, kernel, request, str(options.backend))
     try:

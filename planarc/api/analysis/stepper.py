@@ -20,6 +20,7 @@ from math import isfinite
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from planarc.api.inputs import held_inputs, held_value, input_names
 from planarc.api.values import elements_of, finite
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, RunError, Severity, error, usage_error
@@ -60,9 +61,10 @@ class Stepper:
         self._model, self._options, self.step_size = model, options, step
         self._program: Program = model.program
         known = {c.name: (c.slot, float(c.sign)) for c in self._program.columns}
-        self._known = known | {n: (self._program.slots[n], 1.0) for n in self._program.inputs}
+        self._held = held_inputs(self._program)
+        self._inputs = {n: self._program.slots[n] for n in input_names(self._program)}
+        self._known = known | {n: (slot, 1.0) for n, slot in self._inputs.items()}
         self._readers: dict[str | tuple[str, ...], Callable[[], Any]] = {}
-        self._inputs = {n: self._program.slots[n] for n in self._program.inputs}
         self._units = {c.name: c.unit for c in self._program.columns}
         self._run: Run | None = None
         self._begin()
@@ -106,7 +108,7 @@ class Stepper:
     @property
     def inputs(self) -> tuple[str, ...]:
         """The names of the inputs."""
-        return self._program.inputs
+        return tuple(self._inputs)
 
     def __getitem__(self, name: str | Sequence[str]) -> Any:
         """A number, or an array of an array's elements or of several names."""
@@ -117,12 +119,14 @@ class Stepper:
             reader = self._readers[key] = self._reader(key)
         return reader()
 
-    def __setitem__(self, name: str, value: float) -> None:
+    def __setitem__(self, name: str, value: float | bool | str) -> None:
         slot = self._inputs.get(name)
         if slot is None:
             refuse_unknown("input", (name,), self._inputs)
         self._running()
-        if type(value) is not float or not isfinite(value):
+        if name in self._held:
+            value = held_value(self._held[name], value)
+        elif type(value) is not float or not isfinite(value):
             value = finite(name, value, self._units.get(name, ""))
         if self._w[slot] != value:  # type: ignore[index]
             self._w[slot], self._changed = value, True  # type: ignore[index]
