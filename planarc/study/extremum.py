@@ -6,8 +6,9 @@ Out:  the value at its highest place
 Around the highest rows the states are on polynomials that have the values and derivatives of the
 rows and fulfil the equations between them; where none does, the motion is followed once more, from
 row to row. The equations are solved at the highest place on the way. So a maximum depends smoothly
-on parameters, which an optimiser asks for. Where that does not lead to the rows again, as where a
-model remembers more than they tell, the rows count alone.
+on parameters, which an optimiser asks for. Where that does not lead to the rows again, the rows
+count alone. A model with delays remembers more than they tell: its states are followed on cubics
+with the values and derivatives of the rows; of its other variables the rows count (`rows_alone`).
 
 Example: of sin(t), rows at every 0.5 s give 0.997 at most; the maximum is 1.
 Reference: R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5.
@@ -25,6 +26,7 @@ import numpy as np
 from planarc.api.result import Result
 from planarc.core.arrays import Vector
 from planarc.ir.kernel import Kernel
+from planarc.ir.program import Program
 
 #: Peaks that are looked at: between rows the highest may be another one.
 _PEAKS = 3
@@ -46,6 +48,8 @@ _SAME, _NEARLY = 1e-6, 1e-3
 
 #: States, and their derivatives times the length of a step.
 _Node: TypeAlias = "tuple[list[float], list[float]]"
+#: A variable over 0 to 1, and its values at 0 and 1.
+_Curve: TypeAlias = "tuple[Callable[[float], float], float, float]"
 
 
 def highest(result: Result, name: str) -> float:
@@ -65,17 +69,42 @@ def _highest(result: Result, name: str, sign: float) -> float:
     moves = column is not None and column.slot in result.rows.stored
     if not moves or len(values) < 3 or not np.isfinite(best):
         return best
-    time = np.asarray(result.time)
+    time, rises = np.asarray(result.time), _rises(result, name, sign)
+    remembers = bool(result.rows.program.delays)
     between: Between | None = None
-    for hope, k in _intervals(time, values, _rises(result, name, sign)):
+    for hope, k in _intervals(time, values, rises):
         if hope < best:  # another peak is higher than this one can be
             continue
-        between = between or Between.of(result, name)
-        curve = None if between is None else between.curve(k, sign)
+        if remembers:
+            curve = None if rises is None else _by_slopes(time, values, rises, k)
+        else:
+            between = between or Between.of(result, name)
+            curve = None if between is None else between.curve(k, sign)
         if curve is None:
             continue
         best = max(best, _climb(*curve))
     return best
+
+
+def rows_alone(program: Program, name: str) -> bool:
+    """Whether nothing is known of a variable between the rows: a past that they do not hold."""
+    columns = {c.name: c for c in program.columns}
+    if not program.delays or columns[name].constant:
+        return False
+    return all(
+        c.slot != columns[name].slot or c.derivative not in {d.slot for d in program.columns}
+        for c in program.candidates
+    )
+
+
+def _by_slopes(time: Vector, values: Vector, rises: Vector, k: int) -> _Curve | None:
+    """A state between row `k` and the next, on the cubic with their values and derivatives."""
+    h = float(time[k + 1] - time[k])
+    if not h > 0:
+        return None
+    first, last = (([float(values[i])], [h * float(rises[i])]) for i in (k, k + 1))
+    way = _cubics((first, last))
+    return lambda s: way(s)[0], first[0][0], last[0][0]
 
 
 def _rises(result: Result, name: str, sign: float) -> Vector | None:
@@ -216,9 +245,9 @@ class Between:
 
     @classmethod
     def of(cls, result: Result, name: str) -> Between | None:
-        """None where the model is not at hand, or remembers what rows do not tell."""
+        """None where the model is not at hand."""
         compiled = result.compiled
-        if compiled is None or compiled.program.delays:
+        if compiled is None:
             return None
         kernel = compiled.load()
         rows = result.rows
@@ -233,9 +262,8 @@ class Between:
             kernel.w[slot] = value
         return cls(result, kernel, name)
 
-    def curve(self, k: int, sign: float) -> tuple[Callable[[float], float], float, float] | None:
-        """The variable between row `k` and the next, over 0 to 1, and its values at 0 and 1; None
-        where it is not known."""
+    def curve(self, k: int, sign: float) -> _Curve | None:
+        """The variable between row `k` and the next; None where it is not known."""
         rows, kernel = self._rows, self._kernel
         if not 0 <= k < len(rows.time) - 1:
             return None

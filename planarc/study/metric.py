@@ -8,18 +8,18 @@ mapping of names to texts and functions.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from planarc.api.result import Result
 from planarc.core.data import Data
-from planarc.core.diagnostic import UsageError, usage_error
+from planarc.core.diagnostic import Diagnostic, Severity, UsageError, usage_error
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.program import Program
-from planarc.study.extremum import highest, lowest
+from planarc.study.extremum import highest, lowest, rows_alone
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
 
@@ -80,6 +80,22 @@ class Metrics(Data):
             else:
                 found[name] = _number(value)
         return found
+
+
+def judge_metrics(metrics: Metrics, program: Program) -> Iterator[Diagnostic]:
+    """Warnings of extrema for which the rows count alone."""
+    for name, part in metrics.parts:
+        if not isinstance(part, Reduction) or part.kind not in EXTREMA:
+            continue
+        if rows_alone(program, part.variable):
+            yield Diagnostic(
+                "C231",
+                f"`{name}` is that of the rows: between them `{part.variable}` may hang on a past"
+                " that they do not hold",
+                program.delays[0].span,
+                severity=Severity.WARNING,
+                hint="take more rows (`intervals`) where it has narrow peaks",
+            )
 
 
 def _number(value: Any) -> float:

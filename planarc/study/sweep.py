@@ -29,7 +29,7 @@ from planarc.solve.settings import doubts, resolve
 from planarc.study.bundle import Outcome, Payload, Task
 from planarc.study.identity import identity
 from planarc.study.journal import Journal
-from planarc.study.metric import Metric, read_metric
+from planarc.study.metric import Metric, judge_metrics, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
 from planarc.study.workers import outcomes_of
@@ -93,7 +93,7 @@ def sweep(
     metrics = read_metric(metric, model.program)
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
-    warnings = _doubts(model, tasks, options)
+    warnings = (*_doubts(model, tasks, options), *judge_metrics(metrics, model.program))
     book = _journal(journal, payload, table)
     done = {i: o for i, o in book.done.items() if 0 <= i < len(tasks)} if book else {}
     try:

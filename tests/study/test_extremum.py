@@ -82,3 +82,35 @@ def test_a_study_takes_the_motion_not_the_rows() -> None:
     assert study["max(x)"] == pytest.approx([1, 2], abs=1e-5)
     assert study["range(x)"] == pytest.approx([2, 4], abs=1e-5)
     assert study["maxabs(power)"] == pytest.approx([1.5, 6], abs=1e-4)
+
+
+ECHO = """model Echo
+  parameter Real a = 1;
+  Real x(start=0, fixed=true);
+  Real v(start=a, fixed=true);
+  Real power = 3*x*v;
+  Real before = delay(x, 0.3);
+equation
+  der(x) = v;
+  der(v) = -x;
+  annotation(experiment(StopTime=6.9, Tolerance=1e-9));
+end Echo;"""
+
+
+def test_states_of_a_model_with_delays_are_followed_between_the_rows() -> None:
+    model = planarc.load(ECHO)
+    study = planarc.sweep(model, {"a": [1.0, 2.0]}, ["max(x)", "min(v)"], intervals=40, workers=1)
+    assert study["max(x)"] == pytest.approx([1, 2], abs=1e-5)
+    assert study["min(v)"] == pytest.approx([-1, -2], abs=1e-5)
+    assert not study.warnings
+
+
+def test_a_study_tells_where_rows_count_alone() -> None:
+    model = planarc.load(ECHO)
+    asked = ["max(power)", "final(power)", "range(a)", "max(x)"]
+    study = planarc.sweep(model, {"a": [1.0]}, asked, intervals=20, workers=1)
+    rows = model.simulate(intervals=20)["power"]
+    assert study["max(power)"] == [rows.max()]
+    (told,) = study.warnings
+    assert (told.code, told.span.text) == ("C231", "delay(x, 0.3)")
+    assert "`max(power)` is that of the rows" in told.message
