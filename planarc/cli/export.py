@@ -183,8 +183,7 @@ def _page(compiled: Compiled, output: Path | None, stiff: bool) -> int:
     taken(compiled.program, stiff)  # before it runs
     page = make_page(compiled, run(compiled, RunOptions()), stiff)
     save(path, lambda place: write_text(place, page.text))
-    console.say(f"written    {path}")
-    console.say(f"interface  {counted(page.fields, 'field')} to set")
+    _tell(("written", str(path)), ("interface", f"{counted(page.fields, 'field')} to set"))
     return 0
 
 
@@ -196,10 +195,9 @@ def _fmu(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
     path = _place(compiled, output, ".fmu")
     made = make_fmu(compiled, wishes)
     save(path, lambda place: write_bytes(place, made.data))
-    console.say(f"written    {path} (FMI {wishes.version}.0)")
-    console.say(f"interface  {_interface(made)}")
-    if not made.exchange:
-        console.say("kind       co-simulation alone: a crowd takes steps of its own (`_step`)")
+    written = "written", f"{path} (FMI {wishes.version}.0)"
+    alone = "kind", "co-simulation alone: a crowd takes steps of its own (`_step`)"
+    _tell(written, ("interface", _interface(made)), *() if made.exchange else (alone,))
     return 0
 
 
@@ -225,9 +223,14 @@ def _source(compiled: Compiled, output: Path | None, wishes: Wishes) -> int:
             hint="move it away, or name another folder with `--output`",
         )
     save(path, lambda place: write_folder(place, made.files))
-    console.say(f"written    {path}{os.sep}: {', '.join(made.files)}")
-    console.say(f"interface  {_interface(made)}")
+    written = "written", f"{path}{os.sep}: {', '.join(made.files)}"
+    _tell(written, ("interface", _interface(made)))
     return 0
+
+
+def _tell(*rows: tuple[str, str]) -> None:
+    if not console.is_quiet():
+        console.say_rows(list(rows))
 
 
 def _interface(made: Fmu | Source) -> str:

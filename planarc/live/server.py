@@ -317,7 +317,7 @@ def _read(request: Request, kind: type[Asked]) -> Asked:
         raise UnsupportedMediaType
     try:
         return convert(json.loads(request.get_data()), kind)
-    except ValueError:
+    except (ValueError, RecursionError):  # nested too deeply
         raise BadRequest from None
 
 

@@ -312,14 +312,18 @@ def test_events_without_end_are_told_as_such(tmp_path: Path) -> None:
     assert "events follow each other without end" in data_of(page)["told"][str(-CROWDED)]
 
 
-def test_the_command_leaves_a_report_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_leaves_a_report_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A page that runs the model has another name than the page of a run."""
     from planarc.cli.app import run as command
 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "Push.html").write_text("a report", "utf-8")
     Path("push.pmo").write_text(PUSH, "utf-8")
+    capsys.readouterr()
     assert command(["export", "page", "push.pmo", "--stiff", "-q"]) == 0
+    assert capsys.readouterr().out == ""
     assert Path("Push.html").read_text("utf-8") == "a report"
     assert "u" in fields_of(Path("Push_live.html").read_text("utf-8"))
 

@@ -150,6 +150,8 @@ def test_only_the_loopback_device_listens(server: LiveServer) -> None:
         (b'{"values": [1]}', 400),
         (b'{"stop": "x"}', 400),
         (b'{"choices": {"a": 1}}', 400),
+        (b"[" * 100_000, 400),
+        (b'{"values": ' * 50_000, 400),
         (b'{"values": {"L": ' + b"1" * 2_000_000 + b"}}", 413),
     ],
 )

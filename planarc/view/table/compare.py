@@ -114,10 +114,11 @@ class _Tube:
         size = size or value or 1.0
         height = max(tolerance * size, absolute, _ROUNDING * value)
         low, high = self._bounds(a)
-        off = np.maximum(np.maximum(low - values, values - high) - height, 0.0)
+        with np.errstate(invalid="ignore"):
+            off = np.maximum(np.maximum(low - values, values - high) - height, 0.0)
+        off = np.where(np.isnan(off), 0.0, off)  # infinity less itself
         here = np.interp(self.time, self.a, a)
         none = np.isnan(values)
-        off = np.where(none & np.isnan(here), 0.0, off)
         off = np.where(none != np.isnan(here), np.inf, off)
         outside = np.flatnonzero(off > _ROUNDING * size)
         if len(outside) == 0:

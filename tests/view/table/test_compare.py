@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -94,3 +96,16 @@ def test_what_is_no_number_agrees_with_nothing_else() -> None:
     assert compare(table(T, x=hole), table(T, x=hole)).same
     found = compare(table(T, x=np.sin(T)), table(T, x=hole))
     assert found.parted[0].time == pytest.approx(T[100])
+
+
+def test_infinite_values_agree_with_each_other_alone() -> None:
+    up, down = np.where(T > 5, np.inf, T), np.where(T > 5, -np.inf, T)
+    back = np.where(T > 8, 5.0, up)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert compare(table(T, x=up), table(T, x=up)).same
+        (parted,) = compare(table(T, x=up), table(T, x=back)).parted
+        (other,) = compare(table(T, x=up), table(T, x=down)).parted
+    assert parted.time == pytest.approx(8, abs=0.1)
+    assert (parted.a, parted.b, parted.most) == (np.inf, 5.0, np.inf)
+    assert (other.b, other.most) == (-np.inf, np.inf)
