@@ -10,7 +10,8 @@ Example: a controller whose torque has the wrong sign turns its arm by 1e24 rad;
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, Runaway, Severity
 from planarc.core.prose import shortened
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from planarc.core.arrays import Vector
     from planarc.ir.result import Result
 
-#: Speeds, in m/s or rad/s, that nothing has.
+#: The names of speeds, where each is found, and its unit.
+_Speeds: TypeAlias = Sequence[tuple[str, int, str]]
+#: A speed, in m/s or rad/s, that nothing has: light is slower.
 _FASTEST = 1e9
 _TURNING = "rad/s"
 _SPEEDS = ("m/s", _TURNING)
@@ -48,19 +51,15 @@ def judge_runaway(result: Result) -> Diagnostic | None:
     if not speeds:
         return None
     sizes = np.abs(result.data.take([column for _, column, _ in speeds], 1))
-    if math.isfinite(largest := np.maximum.reduce(sizes, None)) and largest <= _FASTEST_TURN:
-        if largest > _FAST and (growth := _multiplying(result.time, sizes)) is not None:
-            at, ratio, span = growth
-            name, _, unit = speeds[at]
-            message = f"grows {ratio:.2g} times every {span:.2g} s, to {sizes[-1, at]:.3g} {unit}"
-            return _told(result.program, name, message)
+    largest = float(np.maximum.reduce(sizes, None))
+    if math.isfinite(largest) and largest <= _FAST:
         return None
     with np.errstate(all="ignore"):
         beyond = sizes > _FASTEST
         fast = sizes > [_FASTEST_TURN if unit == _TURNING else np.inf for *_, unit in speeds]
-    if not fast.any():
-        return None
     passed = beyond if beyond.any() else fast
+    if not passed.any():
+        return _multiplied(result, speeds, sizes)
     row = int(np.argmax(passed.any(axis=1)))
     at = int(np.argmax(passed[row]))
     name, _, unit = speeds[at]
@@ -71,6 +70,15 @@ def judge_runaway(result: Result) -> Diagnostic | None:
     else:
         most = float(np.nanmax(sizes[:, at]))
         message = f"reaches {most:.3g} {unit}, which is {most / RPM:.3g} rpm: nothing turns as fast"
+    return _told(result.program, name, message)
+
+
+def _multiplied(result: Result, speeds: _Speeds, sizes: Vector) -> Diagnostic | None:
+    if (growth := _multiplying(result.time, sizes)) is None:
+        return None
+    at, ratio, span = growth
+    name, _, unit = speeds[at]
+    message = f"grows {ratio:.2g} times every {span:.2g} s, to {sizes[-1, at]:.3g} {unit}"
     return _told(result.program, name, message)
 
 
@@ -117,7 +125,7 @@ def _growth(time: Vector, sizes: Vector) -> str:
 
 
 @once
-def _speeds(program: Program) -> tuple[tuple[str, int, str], ...]:
+def _speeds(program: Program) -> _Speeds:
     """Speeds that may be states, as the user's parts name them, with their slots and units."""
     slots = {candidate.slot for candidate in program.candidates}
     found: dict[int, tuple[str, str]] = {}

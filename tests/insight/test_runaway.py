@@ -29,12 +29,26 @@ def test_the_number_is_that_of_the_closed_form() -> None:
     assert f"grows {math.e:.2g} times every 1 s, to {math.sinh(10) / 10:.3g} m/s" in message
 
 
+def test_growth_above_the_speeds_of_satellites_is_told() -> None:
+    (message,) = told("mass.s", 15.0)
+    assert f"grows {math.exp(1.5):.2g} times every 1.5 s" in message
+
+
+def test_what_is_faster_than_light_is_told_with_the_time() -> None:
+    """s = cosh(30 t)/10 has the speed 1e9 m/s at t = ln(2e9/3)/30."""
+    (message,) = told("900*mass.s", 2.0)
+    assert f"at t = {math.log(2e9 / 3) / 30:.2g}" in message and "above 1e+09 m/s" in message
+    assert f"ten times as much every {math.log(10) / 30:.2g} s" in message
+
+
 @pytest.mark.parametrize(
     ("law", "stop"),
     [
         ("mass.s", 5.0),  # 7 m/s
         ("20", 30.0),  # constant acceleration, 600 m/s
         ("1000", 30.0),  # 30,000 m/s
+        ("2e7", 10.0),  # a probe of an accelerator, 200,000 km/s
+        ("-4e14/(mass.s + 4e7)^2", 1e4),  # falls from a high orbit, 2,100 m/s at the end
         ("time^2", 10.0),  # 333 m/s, and (10/9)^3 times in the last tenth
         ("5000*cos(10*time)", 10.0),
         ("if time < 9.9 then 0 else 1e4", 10.0),  # at once
