@@ -100,6 +100,10 @@ class Span(NamedTuple):
         """The span from the start of this one to the end of another."""
         return Span(self.source, self.start, max(self.end, other.end))
 
+    def covers(self, other: Span) -> bool:
+        inside = self.start <= other.start and other.end <= self.end
+        return inside and self.source is other.source
+
 
 class _Nowhere(Span):
     """No place; what is read from the disk has the same one, which `is NOWHERE`."""

@@ -40,6 +40,7 @@ from planarc.flatten.checks.slips import find_slips
 from planarc.flatten.checks.tables import check_tables
 from planarc.flatten.checks.unheeded import check_unheeded
 from planarc.flatten.checks.unused import check_unused
+from planarc.flatten.checks.waiting import check_waiting
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.connect.expand import check_absent, is_expandable
 from planarc.flatten.connect.rooting import redundant_unknowns
@@ -191,11 +192,6 @@ def _large_work() -> Iterator[None]:
         sys.setrecursionlimit(limit)
 
 
-def _covers(whole: Span | None, span: Span) -> bool:
-    inside = whole is not None and whole.start <= span.start and span.end <= whole.end
-    return whole is not None and inside and whole.source is span.source
-
-
 def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Each message once, in the order of the source; those without a place last."""
     seen: dict[tuple[object, ...], Diagnostic] = {}
@@ -208,7 +204,7 @@ def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:
             seen.setdefault((d.code, d.span) if d.span else (d.code, d.message), d)
     varying = [d.span for d in diagnostics if isinstance(d, Varies) and d.span is not None]
     for key, d in list(seen.items()):  # what depends on it has no value, either
-        if d.code == "F305" and any(_covers(d.span, s) for s in varying):
+        if d.code == "F305" and d.span and any(map(d.span.covers, varying)):
             del seen[key]
     first_seen: dict[str, int] = {}
     for d in seen.values():
@@ -316,6 +312,7 @@ def _flatten(
         check_unheeded(root, found.instances, connections, session)
         check_exchanged(connections, session)
         check_unused(root, connections, session)
+        check_waiting(pairs, session)
         _warn_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session, redundant)

@@ -21,7 +21,6 @@ from planarc.core.diagnostic import PlanarcError, Severity, Unconnected
 from planarc.core.mend import Meant
 from planarc.core.nearest import nearest
 from planarc.core.prose import listed, ticked
-from planarc.core.source import Span
 from planarc.flatten.connect.connect import Connection
 from planarc.flatten.tree.annotation import arguments_of, binding_of, find_argument, inside
 from planarc.flatten.tree.lookup import import_target
@@ -240,13 +239,8 @@ def _declares(owner: Instance, element: Element, connection: Connection) -> bool
     if connection.component != owner.name:
         return False
     spans = (part.definition.span for part in owner.layout.parts)
-    home = next((s for s in spans if _covers(s, element.definition.span)), None)
-    return home is None or _covers(home, connection.span)
-
-
-def _covers(whole: Span, span: Span) -> bool:
-    inside = whole.start <= span.start and span.end <= whole.end
-    return whole.source is span.source and inside
+    home = next((s for s in spans if s.covers(element.definition.span)), None)
+    return home is None or home.covers(connection.span)
 
 
 def _why_all(owner: Instance, session: Session) -> syntax.Expression | None:
