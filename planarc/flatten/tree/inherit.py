@@ -23,6 +23,7 @@ from typing import cast
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Related, error
+from planarc.core.nearest import nearest
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of, session_of, static_instance
@@ -120,7 +121,22 @@ def _check_single(part: Part, element: syntax.Declaration) -> None:
     if element.name in part.own:
         message = f"`{element.name}` is declared twice in `{part.cls.name}`"
         related = [Related("first here", name_span(part.own[element.name]))]
-        raise error("F231", message, name_span(element), related=related)
+        meant = _section_meant(element)
+        raise error("F231", message, name_span(element), hint=meant, related=related)
+
+
+#: Letters that a misspelt section shares with the one that is meant.
+_ALMOST = 0.8
+
+
+def _section_meant(element: syntax.Declaration) -> str | None:
+    """What is meant by `equations`, of which the line below makes the type of a variable."""
+    if not isinstance(element, syntax.Component) or len(element.type.names) > 1:
+        return None
+    word = element.type.names[0]
+    alone = element.type.span.line != name_span(element).line
+    near = nearest(word.lower(), ("equation", "algorithm"), 1, _ALMOST) if alone else []
+    return f"write `{near[0]}`, if that is what `{word}` means" if near else None
 
 
 def _take_base(

@@ -120,6 +120,31 @@ def _modifier_behind_value(trouble: Trouble, repair: Repair | None) -> Diagnosti
     return Diagnostic("P101", message, trouble.token.span, hint=hint)
 
 
+def modifiers_as_value(trouble: Trouble) -> int | None:
+    """The first `=` of `phi=(start=0)`."""
+    four = trouble.tokens[max(trouble.at - 4, 0) : trouble.at + 1]
+    if [t.type for t in four] != ["IDENT", "EQUAL", "LPAR", "IDENT", "EQUAL"]:
+        return None
+    return None if trouble.in_equations else trouble.at - 3
+
+
+def _modifiers_as_value(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
+    sign, tokens = modifiers_as_value(trouble), trouble.tokens
+    if sign is None or repair is None or repair.back_to != sign:
+        return None
+    name, depth, end = tokens[sign - 1], 0, sign + 1
+    for end in range(sign + 1, len(tokens)):
+        depth += (tokens[end].type == "LPAR") - (tokens[end].type == "RPAR")
+        if not depth:
+            break
+    inside = tokens[sign + 1].span.to(tokens[end].span)
+    message = f"the modifiers of `{name.text}` stand behind the name, without a `=`"
+    if depth or len(inside.text) > 2 * _SHORT:
+        hint = f"write `{name.text}(...)`"
+        return Diagnostic("P101", message, tokens[sign].span, hint=hint)
+    return instead(message, name.span.to(inside), name.text + inside.text)
+
+
 def _type_in_a_modifier(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `bar(SI.Mass m=1)` and `contact(Circle contour1)`."""
     name, previous, opened = trouble.token, trouble.previous, trouble.open_bracket
@@ -202,6 +227,7 @@ def _name_of_two_words(trouble: Trouble, repair: Repair | None) -> Diagnostic | 
 DECLARATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
     _modifier_behind_value,
     _modified_type,
+    _modifiers_as_value,
     _type_missing,
     _prefix_behind_type,
     _import_from,

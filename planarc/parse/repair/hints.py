@@ -18,9 +18,11 @@ from planarc.core.mend import Insert, Meant, Write
 from planarc.core.nearest import nearest
 from planarc.core.source import Span
 from planarc.parse.grammar.lexer import Token
+from planarc.parse.repair.arguments import explain_arguments
 from planarc.parse.repair.expected import expected
 from planarc.parse.repair.habits import NUMBERS, OTHER_LANGUAGES, unit_hint
 from planarc.parse.repair.quotes import explain_unquoted
+from planarc.parse.repair.sections import explain_initial, explain_section
 from planarc.parse.repair.trouble import (
     BLOCKS,
     ELSE_IF_ENDED,
@@ -168,8 +170,7 @@ def _equal_signs(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
         return None
     message, meant = _SIGNS[pair]
     if pair == ("ASSIGN", "EQUAL"):
-        in_equation = any(item.symbol == "equation_section" for item in trouble.stack)
-        what = "an equation" if in_equation or trouble.inside("EQUATION") else "a value"
+        what = "an equation" if trouble.in_equations else "a value"
         kind = f"{what} {trouble.opened_index}"  # who writes one so writes all of a section so
         hint, mend, message = f"write `{meant}`", Write(meant), f"{what} {message}"
         if (name := _counted(trouble)) is not None:
@@ -405,6 +406,9 @@ def _superfluous(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
 
 _EXPLANATIONS: tuple[Callable[[Trouble, Repair | None], Diagnostic | None], ...] = (
     explain_unquoted,
+    explain_section,
+    explain_initial,
+    explain_arguments,
     _text_in_single_quotes,
     _modifier_in_braces,
     _open_brace,

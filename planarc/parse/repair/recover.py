@@ -52,7 +52,7 @@ class _Mended:
             size = bisect_left(self._places, repair.back_to)
             del self._places[size:]
             del self.tokens[size:]
-        for kind in repair.inserted if repair.at >= at or repair.back_to == repair.at else ():
+        for kind in repair.inserted:
             self.add(Token(kind, "", token.span), at)
 
 

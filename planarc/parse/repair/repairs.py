@@ -20,7 +20,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from planarc.parse.grammar.machine import Stack
-from planarc.parse.repair.declarations import import_from, modified_type
+from planarc.parse.repair.arguments import bare_arguments
+from planarc.parse.repair.declarations import import_from, modified_type, modifiers_as_value
 from planarc.parse.repair.habits import (
     assigned_expression,
     find_colon,
@@ -29,6 +30,7 @@ from planarc.parse.repair.habits import (
     trailing_if,
 )
 from planarc.parse.repair.quotes import unquoted
+from planarc.parse.repair.sections import initial_equation, misspelt_section
 from planarc.parse.repair.trouble import BLOCKS, ELSE_IF_ENDED, Repair, Trouble
 
 #: Tokens after a repair that are looked at, and how many of them have to fit.
@@ -81,8 +83,9 @@ def find_repair(trouble: Trouble, begin: Place) -> Repair | None:
     kinds = [token.type for token in trouble.tokens]
     special = (_misspelt_elseif, _else_if, _joined_end, _stray_end, _colon, _other_branch)
     left_out = (_unquoted, _modified_type, _import_from, _assigned_expression, _trailing_if)
+    misspelt = (_misspelt_section, _initial_equation, _bare_arguments, _modifiers_as_value)
     others = (_first_word, _other_section, _open_brace, _small_change, _skip)
-    tries = (*special, *left_out, *others)
+    tries = (*special, *left_out, *misspelt, *others)
     return next(filter(None, (attempt(trouble, kinds, begin) for attempt in tries)), None)
 
 
@@ -288,6 +291,50 @@ def _trailing_if(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | N
         return None
     end = found[1]
     return Repair((), end + 1 - trouble.at, begin.stack, end + 1, begin.at)
+
+
+def _misspelt_section(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read `equations` as `equation`, if the trouble fits behind that."""
+    found = misspelt_section(trouble)
+    stack = _read(trouble, begin, [*found.kinds]) if found else None
+    if found is None or stack is None:
+        return None
+    at = found.at + 1
+    following = kinds[at : trouble.at + 1]
+    if trouble.automaton.advance(stack, following) < len(following):
+        return None
+    return Repair(found.kinds, 0, stack, at, begin.at)
+
+
+def _initial_equation(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out `initial x = 0;`."""
+    end = initial_equation(trouble)
+    if end is None:
+        return None
+    return Repair((), end + 1 - trouble.at, begin.stack, end + 1, begin.at)
+
+
+def _bare_arguments(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Read `der x` as `der(x)`."""
+    found = bare_arguments(trouble)
+    stack: Stack | None = trouble.stack
+    for kind in found.kinds if found else ():
+        stack = trouble.automaton.shift(stack, kind, trouble.at) if stack else None
+    if found is None or stack is None:
+        return None
+    return Repair(found.kinds, found.end - trouble.at, stack, found.end)
+
+
+def _modifiers_as_value(trouble: Trouble, kinds: list[str], begin: Place) -> Repair | None:
+    """Leave out the first `=` of `phi=(start=0)`."""
+    sign = modifiers_as_value(trouble)
+    stack = _read(trouble, begin, kinds[begin.at : sign]) if sign is not None else None
+    if sign is None or stack is None:
+        return None
+    following = kinds[sign + 1 : trouble.at + 1]
+    if trouble.automaton.advance(stack, following) < len(following):
+        return None
+    return Repair((), 0, stack, sign + 1, sign)
 
 
 def _read(trouble: Trouble, begin: Place, kinds: list[str]) -> Stack | None:

@@ -141,6 +141,10 @@ class Trouble(NamedTuple):
             symbols.add(item.symbol)
         return symbols
 
+    @property
+    def in_equations(self) -> bool:
+        return self.inside("equation_section") or self.inside("EQUATION")
+
     def inside(self, symbol: str) -> bool:
         return any(item.symbol == symbol for item in self.stack)
 
