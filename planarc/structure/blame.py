@@ -87,8 +87,38 @@ def _surplus(dae: Dae, misfit: Misfit) -> Diagnostic:
     if not alone and surplus > 1:
         hint = f"remove {several}, or free what they decide"
     hint = hint or _in_order(rivals)
+    if (meant := _as_parameters(dae, rivals)) is not None:
+        hint = f"write {both(meant)}, which {'give' if len(meant) > 1 else 'gives'} the value"
     hint = hint or f"remove {'it' if alone else 'one of them'}, or free what it decides"
     return Diagnostic("S302", message, last.span, hint=hint, related=others[:_SHOWN])
+
+
+def _as_parameters(dae: Dae, rivals: Sequence[Equation]) -> list[str] | None:
+    """What each of some equations says by a parameter that has the value of its variable already:
+    `drive(w_fixed=10)` for the equation of `drive(w=10)`."""
+    settable = {p.name for p in dae.parameters if p.settable}
+    given = {
+        e.left.name: e.right.name
+        for e in dae.equations
+        if e.left.is_symbol and e.right.is_symbol and e.right.name in settable
+    }
+    known = {p.name for p in dae.parameters}
+    found = []
+    for equation in rivals:
+        parameter = given.get(equation.left.name) if equation.left.is_symbol else None
+        owner, _, name = (parameter or "").rpartition(".")
+        if not owner or "[" in owner or equation.right.name == parameter:
+            return None
+        if any(
+            e.op in (Op.TIME, Op.EVENT, Op.PRE) or (e.is_symbol and e.name not in known)
+            for e in postorder((equation.right,))
+        ):
+            return None
+        value = f"{name}={text(equation.right)}"
+        for part in reversed(owner.split(".")):
+            value = f"{part}({value})"
+        found.append(value)
+    return found
 
 
 def _in_order(rivals: Sequence[Equation]) -> str | None:

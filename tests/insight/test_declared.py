@@ -228,7 +228,7 @@ def test_what_the_library_in_front_lacks_is_not_looked_for_elsewhere(
     monkeypatch.setattr(naming, "_elsewhere", elsewhere)
     planarc.load(tmp_path / "Wheel.pmo", libraries=[tmp_path])
     assert asked == []
-    (tmp_path / "Wheel.pmo").write_text(USER.replace("equation", "  Real own = c;\nequation"))
+    (tmp_path / "Wheel.pmo").write_text(USER.replace("equation", "  c own;\nequation"))
     with pytest.raises(planarc.PlanarcError, match="unknown name `c`"):
         planarc.load(tmp_path / "Wheel.pmo", libraries=[tmp_path])
     assert asked == ["c"]

@@ -125,7 +125,7 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
         return (
             f"vectors of the plane have no third entry: write `{_THIRD_ZERO.sub('}', span.text)}`"
         )
-    return decimal_comma(span) or values
+    return decimal_comma(span, (actual.dims[0] or 0) - size) or values
 
 
 def in_rows(span: Span, columns: int) -> str | None:
@@ -158,11 +158,12 @@ _PLANE = 2
 _THIRD_ZERO = re.compile(r",\s*0(\.0*)?\s*\}\s*\Z")
 
 
-def decimal_comma(span: Span) -> str | None:
-    """What a user means who writes `0,5` among numbers."""
-    comma = re.search(r"\b(\d+),(\d+)\b", span.text)
-    if comma is None:
+def decimal_comma(span: Span, surplus: int) -> str | None:
+    """What a user means who writes `0,5` among numbers, which are so many too many."""
+    commas = list(re.finditer(r"\b(\d+),(\d+)\b", span.text))
+    if not 0 < surplus <= len(commas):
         return None
+    comma = commas[0]
     return f"write a decimal point, `{comma[1]}.{comma[2]}`, if `{comma[0]}` is one number"
 
 

@@ -256,12 +256,15 @@ def import_target(
     return element
 
 
-def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ()) -> PlanarcError:
-    """The error of a name that is not found. `counters` are those of the loops around."""
+def unknown(
+    scope: Scope, name: str, span: Span, counters: Collection[str] = (), value: bool = False
+) -> PlanarcError:
+    """The error of a name that is not found. `counters` are those of the loops around; `value`: it
+    is no part of a path, and no class."""
     if scope is scope.session.doubted:  # a search for what is meant takes long
         return error("F210", f"unknown name `{name}`", span)
     wrong = _misspelt_import(scope, name)
-    return PlanarcError(wrong) if wrong else naming.unknown(scope, name, span, counters)
+    return PlanarcError(wrong) if wrong else naming.unknown(scope, name, span, counters, value)
 
 
 def _misspelt_import(scope: Scope, name: str) -> Diagnostic | None:

@@ -25,8 +25,11 @@ def name_span(element: syntax.Declaration) -> Span:
     return element.name_span if isinstance(element, syntax.ClassDef) else element.span
 
 
-def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ()) -> PlanarcError:
-    """The error of a name that nothing in sight has. `counters` are those of the loops around."""
+def unknown(
+    scope: Scope, name: str, span: Span, counters: Collection[str] = (), value: bool = False
+) -> PlanarcError:
+    """The error of a name that nothing in sight has. `counters` are those of the loops around.
+    `value`: the name alone stands for a value, which no class has."""
     where = scope.instance.cls.name
     message = f"unknown name `{name}`" + (f" in `{where}`" if where else "")
     known = names_in_sight(scope)
@@ -39,7 +42,7 @@ def unknown(scope: Scope, name: str, span: Span, counters: Collection[str] = ())
     elsewhere = f"write {_WHOLE[name]}" if name in _WHOLE else None
     if elsewhere and scope.instance.parent is not None:  # a part has what the model around it has
         elsewhere = elsewhere.replace("`inner ", "`outer ")
-    if elsewhere is None and (place := _elsewhere(scope.session.library, name)):
+    if elsewhere is None and not value and (place := _elsewhere(scope.session.library, name)):
         elsewhere = f"import it, or {place}"
     near = did_you_mean(name, [*counters, *known]) or did_you_mean(name, ["time"])
     small = name.lower()

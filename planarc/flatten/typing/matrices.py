@@ -42,8 +42,7 @@ def _check_widths(lines: list[list[flat.Expression]], span: Span) -> None:
             message += f", the others have {usual}" if widths.count(usual) > 1 else f", not {usual}"
             whole = [e.span for e in lines[row - 1] if e.span.source is span.source] or [span]
             place = whole[0]._replace(end=whole[-1].end)
-            hint = decimal_comma(place) if width > usual else None
-            raise error("F276", message, place, hint=hint)
+            raise error("F276", message, place, hint=decimal_comma(place, width - usual))
 
 
 def _unlike(type_: flat.Type, entry: flat.Expression) -> PlanarcError:

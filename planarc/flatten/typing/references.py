@@ -120,7 +120,8 @@ def resolve(ref: syntax.Ref, env: Env) -> View:
         found = lookup.find(env.scope, first.name, ref.span)
         element, own = found if found is not None else (None, False)
     if element is None:
-        raise lookup.unknown(env.scope, first.name, ref.span, env.iterators if env.end else ())
+        counters, alone = env.iterators if env.end else (), len(ref.parts) == 1
+        raise lookup.unknown(env.scope, first.name, ref.span, counters, alone)
     view = _open(element, own, first, ref, env)
     for part in ref.parts[1:]:
         view = step(view, part, ref, env)

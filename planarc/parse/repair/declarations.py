@@ -8,11 +8,12 @@ Example: `Real(min=0) x` is no declaration; what is meant is `Real x(min=0)`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Once
 from planarc.core.mend import Insert
+from planarc.parse.grammar.lexer import Token
 from planarc.parse.repair.trouble import Repair, Trouble, instead
 
 #: Letters of modifiers that a hint repeats.
@@ -208,6 +209,16 @@ _NAMING = frozenset(
 _BEHIND = 4  # tokens behind that word at most where the grammar sees that something is wrong
 
 
+def _joined(words: Iterable[Token]) -> str:
+    return "".join(w.text[0].upper() + w.text[1:] for w in words)
+
+
+def is_end_of_two_words(tokens: Sequence[Token], first: int, end: Token) -> bool:
+    """Whether a class whose name was written as two words ends with the name that is meant."""
+    words = tokens[first : first + 2]
+    return [w.type for w in words] == ["IDENT", "IDENT"] and _joined(words) == end.text
+
+
 def _name_of_two_words(trouble: Trouble, repair: Repair | None) -> Diagnostic | None:
     """Explain `model Simple Pendulum`, and its end."""
     for at in range(trouble.at - 2, max(trouble.at - _BEHIND, 0) - 1, -1):
@@ -218,7 +229,7 @@ def _name_of_two_words(trouble: Trouble, repair: Repair | None) -> Diagnostic | 
         goes_on = after.type not in ("STRING", "SEMICOLON") and "\n" not in span.to(after.span).text
         if goes_on or "\n" in word.span.to(span).text:
             return None
-        one = "".join(n.text[0].upper() + n.text[1:] for n in names)
+        one = _joined(names)
         message = f"`{span.text}` is no name: a name is one word"
         return Once("P101", message, span, hint=f"write `{one}`", kind=f"two words {span.text}")
     return None

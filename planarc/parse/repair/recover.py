@@ -24,6 +24,7 @@ from planarc.core.diagnostic import Diagnostic, Related
 from planarc.parse.grammar.lexer import MAX_ERRORS, Token
 from planarc.parse.grammar.machine import Automaton, Stack
 from planarc.parse.language import Language
+from planarc.parse.repair.declarations import is_end_of_two_words
 from planarc.parse.repair.habits import joined_end
 from planarc.parse.repair.hints import explain
 from planarc.parse.repair.quotes import Unquoted
@@ -102,20 +103,23 @@ def _compare_names(
     """Report an `end B` that does not name the innermost class; if it names an outer one, an
     `end` is missing."""
     opened = [
-        tokens[item.first]
+        item.first
         for before, item in pairwise(stack)
         if item.symbol == "IDENT" and before.symbol in ("class_kind", "EXTENDS")
     ]
     found = tokens[at]
     if automaton.shift(stack, "IDENT", at) is None:
         return stack
-    while opened and opened[-1].type == "IDENT" and opened[-1].text != found.text:
-        name = opened.pop()
+    while opened and tokens[opened[-1]].type == "IDENT" and tokens[opened[-1]].text != found.text:
+        first = opened.pop()
+        if is_end_of_two_words(tokens, first, found):
+            break
+        name = tokens[first]
         related = (Related(f"`{name.text}` begins here", name.span),)
         closed = automaton.shift(stack, "IDENT", at)
         ended = automaton.shift(closed, "SEMICOLON", at) if closed else None
         again = automaton.shift(ended, "END", at) if ended else None
-        if again is None or all(outer.text != found.text for outer in opened):
+        if again is None or all(tokens[outer].text != found.text for outer in opened):
             message = f"`end {found.text}` does not match `{name.text}`"
             hint = f"write `end {name.text}`"
             errors.append(Diagnostic("P102", message, found.span, hint=hint, related=related))
