@@ -41,6 +41,8 @@ DIGITS, SAME = 256, 1e-14
 _PART = DIGITS * float_info.epsilon
 #: More ticks than this of one sampler take no run to its end.
 MOST_TICKS = 1e9
+#: More ticks than this take a run a minute or more.
+_MANY_TICKS = 1e6
 
 
 class Sampler(Struct):
@@ -89,7 +91,8 @@ class Schedule:
         self._corners = kernel.capabilities.corners
 
     def judge(self, start: float, stop: float) -> Iterator[Diagnostic]:
-        """What is wrong with instants: a sampler without ticks, or more than a run can take."""
+        """What is wrong with instants: a sampler without ticks, or more than a run can take, or
+        takes quickly."""
         for relation in self.endless:
             from planarc.solve.messages.event import oscillating
 
@@ -97,10 +100,11 @@ class Schedule:
         for sampler in self.samplers:
             ticks = (stop - start) / sampler.interval if sampler.interval > 0 else 0.0
             between = sampler.interval > room(max(abs(start), abs(stop)))
-            if sampler.interval <= 0 or ticks > MOST_TICKS or (ticks >= 1 and not between):
+            endless = ticks > MOST_TICKS or (ticks >= 1 and not between)
+            if sampler.interval <= 0 or ticks > _MANY_TICKS or endless:
                 from planarc.solve.messages.event import sampling
 
-                yield sampling(sampler.span, sampler.start, sampler.interval, ticks)
+                yield sampling(sampler.span, sampler.start, sampler.interval, ticks, endless)
 
     def next(self, after: float) -> float:
         """The first instant that lies after a time."""

@@ -170,8 +170,8 @@ def _sides(program: Program, kernel: Kernel, relation: RelationSlot | None) -> s
     return f", with {listed(told)}" if told else ""
 
 
-def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnostic:
-    """A sampler that never ticks is warned of, one that ticks without end is refused."""
+def sampling(span: Span, start: float, interval: float, ticks: float, endless: bool) -> Diagnostic:
+    """A sampler that never ticks, or often, is warned of, one that ticks without end is refused."""
     if interval <= 0:
         return Diagnostic(
             "R434",
@@ -181,13 +181,13 @@ def sampling(span: Span, start: float, interval: float, ticks: float) -> Diagnos
             hint="give `sample` an interval greater than zero"
             + (f": the start comes first, `sample(0, {start:g})`" if start > 0 else ""),
         )
-    return Diagnostic(
-        "R434",
-        f"`sample({start:g}, {interval:g})` becomes true {ticks:.3g} times in this run: these "
-        "are more instants than it can take, or can tell apart",
-        span,
-        hint="choose a longer interval, or a shorter run",
-    )
+    often = f"`sample({start:g}, {interval:g})` becomes true {ticks:.3g} times in this run"
+    hint = "choose a longer interval, or a shorter run"
+    if not endless:
+        slow = f"{often}, each an event, of which some ten thousand are done in a second"
+        return Diagnostic("R434", slow, span, Severity.WARNING, hint=hint)
+    refused = f"{often}: these are more instants than it can take, or can tell apart"
+    return Diagnostic("R434", refused, span, hint=hint)
 
 
 def oscillating(relation: RelationSlot) -> Diagnostic:
