@@ -161,6 +161,8 @@ def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
     if len({top(c) for c in group.components}) > 1:
         return _unheld(dae, mechanism, group, set(group.components), Severity.WARNING)
     name = top(group.components[0])
+    if not name:
+        return _flies_alone(dae)
     held = f"nothing is connected to `{name}`"
     if group.sensors:
         held = hang([name], group)
@@ -171,6 +173,18 @@ def _floats(dae: Dae, mechanism: Mechanism, group: Group) -> Diagnostic:
         Severity.WARNING,
         hint=f"{replacing(group) or 'connect it'}; if it is meant to fly freely, write "
         "start values for it",
+    )
+
+
+def _flies_alone(dae: Dae) -> Diagnostic:
+    """The warning about a part that is run by itself, and not as one of a model."""
+    return Diagnostic(
+        "S320",
+        f"nothing holds `{dae.name}`: it falls freely",
+        None,
+        Severity.WARNING,
+        hint="run a model in which it is a part that is connected; if it is meant to fly freely, "
+        "write start values for it",
     )
 
 
