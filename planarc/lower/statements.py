@@ -419,8 +419,14 @@ def _bound(entries: float, variable: flat.Variable) -> None:
         raise error("L323", message, variable.span)
 
 
+_KNOWN = (flat.Literal, flat.Unary, flat.Binary)
+
+
 def _never_ends(loop: flat.WhileStatement) -> str | None:
     """The hint about a loop that changes nothing of its condition."""
+    if all(isinstance(e, _KNOWN) for e in nodes_of([loop.condition])):
+        written = loop.condition.span.text
+        return f"`{written}` holds for ever: let the condition ask for what the loop changes"
     asked = dict.fromkeys(
         e.name for e in nodes_of([loop.condition]) if isinstance(e, flat.Reference)
     )
