@@ -10,7 +10,7 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -89,7 +89,22 @@ def resolve(program: Program, options: RunOptions) -> Request:
 
 
 def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
-    """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409)."""
+    """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409), and of
+    an interval that is longer than the run (R403)."""
+    return (*_doubted_interval(program, options), *_doubted_values(program, options))
+
+
+def _doubted_interval(program: Program, options: RunOptions) -> Iterator[Diagnostic]:
+    given, interval = program.experiment, options.interval
+    start = given.start if options.start is None else options.start
+    length = (given.stop if options.stop is None else options.stop) - start
+    if interval is not None and interval > length > 0:
+        message = f"the rows lie {interval:g} s apart, but the run lasts {length:g} s only"
+        hint = f"give a part of it, such as `--interval {length / DEFAULT_INTERVALS:g}`"
+        yield Diagnostic("R403", message, None, Severity.WARNING, hint)
+
+
+def _doubted_values(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
     if not (options.values or options.starts):
         return ()
     known, columns = _parameters(program), _columns(program) if options.starts else {}
