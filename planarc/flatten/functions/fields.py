@@ -163,14 +163,15 @@ class _Maker(Data):
     def _field(
         self, field: _Place, name: str, record: Instance, outer: Mod
     ) -> Iterator[flat.Statement]:
-        definition, scope, own = redeclare.effective_component(lookup.declared(record, name))
+        element = lookup.declared(record, name)
+        definition, scope, own = redeclare.effective_component(element)
         cls = lookup.find_class(scope, definition.type)
         mod = merge(outer, merge(own, cls.mod, name), name)
         target = flat.Reference(field.type, field.span, field.name, field.subscripts)
         if mod.binding is not None:
             yield flat.Assignment(mod.binding.span, "", target, self._value(mod.binding, field))
             return
-        sizes = self._sizes(redeclare.written_dims(definition, scope, layout_of(cls)), field)
+        sizes = self._sizes(redeclare.written_dims(element, layout_of(cls)), field)
         if field.type.base is flat.Base.RECORD:
             yield from self.each(field, sizes, cls, mod)
         elif None in field.type.dims and None not in sizes and field.type.base in _EMPTY:
