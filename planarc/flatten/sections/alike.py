@@ -135,11 +135,12 @@ def kind_of(node: Instance) -> Any:
     if node.layout.kind not in _MODELS or prefixes.inner or prefixes.outer:
         return None
     own = (id(node.parent), id(node.cls), node.variability, node.hidden, prefixes.final)
-    return own, _shape(node.mod)
+    return own, _shape(node.mod, node.session.inner_classes)
 
 
-def _shape(mod: Mod) -> Any:
-    """A modifier without the values that it gives."""
+def _shape(mod: Mod, classes: set[str], of_class: bool = False) -> Any:
+    """A modifier without the values that it gives. Those that it gives to `classes` belong to it:
+    whatever is made of the class may have them, under any name."""
     binding, new = mod.binding, mod.redeclaration
     value = binding and (
         binding.each_height,
@@ -147,6 +148,7 @@ def _shape(mod: Mod) -> Any:
         binding.default,
         binding.beaten,
         id(binding.scope.instance),
+        of_class and (id(binding.expression), binding.subscripts),
     )
     redeclared = new and (
         id(new.element),
@@ -154,9 +156,9 @@ def _shape(mod: Mod) -> Any:
         new.each_height,
         new.final,
         new.subscripts,
-        _shape(new.inside),
+        _shape(new.inside, classes, of_class),
     )
-    subs = tuple([(name, _shape(sub)) for name, sub in mod.subs.items()])
+    subs = tuple([(n, _shape(m, classes, of_class or n in classes)) for n, m in mod.subs.items()])
     return value, redeclared, mod.final, mod.broken, subs
 
 

@@ -46,7 +46,11 @@ def make_layout(cls: Class) -> Layout:
         cls.static = None
         raise
     cls.layout.done = True
-    session_of(cls).opened.append(cls)
+    session = session_of(cls)
+    session.opened.append(cls)
+    if cls.layout.kind is not syntax.ClassKind.PACKAGE:
+        members = cls.layout.members.items()
+        session.inner_classes |= {n for n, (_, d) in members if isinstance(d, syntax.ClassDef)}
     return cls.layout
 
 

@@ -508,6 +508,7 @@ class Session:
         self.defaults: dict[str, Instance] = {}  # default instances for missing inner ones
         self.met: set[tuple[Instance, str]] = set()  # inner components that outer ones met
         self.opened: list[Class] = []  # classes with a layout, in the order of their use
+        self.inner_classes: set[str] = set()  # the names of classes that these hold
         self.chosen: list[Chosen] = []
         #: the scope of an expression that may name what is not there, of which nobody is told
         self.doubted: Scope | None = None

@@ -152,6 +152,30 @@ equation
 end Arm;
 """
 
+CLASSES = """
+model A4 "values of classes that components hold, which no variable is named after"
+  package P
+    constant Real k = 1;
+  end P;
+  model T
+    replaceable type X = Real;
+    X x;
+  equation
+    der(x) = 1;
+  end T;
+  model H
+    replaceable package Q = P;
+    T t;
+    Real y = Q.k;
+  end H;
+  H a(Q(k=2), t(X(start=2)));
+  H b(Q(k=3), t(X(start=2)));
+  H c(Q(k=3), t(X(start=5)));
+  H d[2](Q(k={6, 7}), t(X(start={8, 9})));
+  H e[3](each t(X(start=1)));
+end A4;
+"""
+
 PART = """
 model T
   model Part
@@ -220,8 +244,15 @@ def place(span: Span | None) -> object:
 
 @pytest.mark.parametrize(
     "text",
-    [SHAPED, REPLACED, UNITS, ARM.format(3), *(PART.format(wrong) for wrong in WRONG.values())],
-    ids=["shaped", "replaced", "units", "arm", *WRONG],
+    [
+        SHAPED,
+        REPLACED,
+        CLASSES,
+        UNITS,
+        ARM.format(3),
+        *(PART.format(wrong) for wrong in WRONG.values()),
+    ],
+    ids=["shaped", "replaced", "classes", "units", "arm", *WRONG],
 )
 def test_copies_are_what_opening_each_gives(
     text: str, flatten_text: Callable[..., flat.FlatModel], monkeypatch: pytest.MonkeyPatch
