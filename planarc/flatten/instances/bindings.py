@@ -233,10 +233,12 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
     binding = mod.sub(name).binding
     if binding is None:
         return None
-    value = type_binding(binding, leaf.type.dims)
+    of_class, dims = _is_of_class(name, binding, leaf), leaf.type.dims
+    own = dims[len(dims) - len(leaf.layout.dimensions) :] if of_class else dims
+    value = type_binding(binding, own)
     what = f"the attribute `{name}` of `{leaf.name}`"
-    expected = wanted.with_dims(leaf.type.dims)
-    if not value.type.dims and expected.dims and _stands_for_all(name, binding, leaf):
+    expected = wanted.with_dims(dims)
+    if not value.type.dims and dims and (of_class or _stands_for_all(binding)):
         expected = wanted.with_dims(())
     expect(expected, value, what, binding.span)
     if variability_of(value, leaf.parent.session) > flat.Variability.PARAMETER:
@@ -257,10 +259,17 @@ def _fixed(mod: Mod, leaf: Leaf) -> flat.Expression | None:
     return value if known is None else to_expression(known, value.type, value.span)
 
 
-def _stands_for_all(name: str, binding: Binding, leaf: Leaf) -> bool:
-    """`each` was written, or the type itself says so (`type T = Real(min=0)`)."""
-    of_type = type_mod(leaf.layout).sub(name).binding is binding
-    return binding.each or of_type or binding.scope.instance.prefix is None
+def _is_of_class(name: str, binding: Binding, leaf: Leaf) -> bool:
+    """The type says so itself, as `type T = Real(min=0)`, or a modifier of it, as `H h(T(min=0))`:
+    each variable has it then, whatever its sizes are."""
+    said = (type_mod(leaf.layout), leaf.layout.parts[0].cls.mod)
+    found = [own for mod in said if (own := mod.sub(name).binding) is not None]
+    return any(own.expression is binding.expression for own in found)
+
+
+def _stands_for_all(binding: Binding) -> bool:
+    """`each` was written, or what is static."""
+    return binding.each or binding.scope.instance.prefix is None
 
 
 def _text(mod: Mod, name: str, leaf: Leaf) -> str:
