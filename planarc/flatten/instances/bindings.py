@@ -146,7 +146,7 @@ def _find_binding(leaf: Leaf) -> flat.Expression | None:
     if own is not None and constant:
         return type_binding(own)  # no part of a record's value (12.6)
     record = record_binding(leaf.parent)
-    if record is not None and (own is None or own.yields_to(record)):
+    if record is not None and (own is None or own.is_under(record)):
         value = record_value(leaf.parent)
         if value is not None:
             return references.field_of(value, leaf.element.name, value.span)
@@ -160,7 +160,9 @@ def record_binding(instance: Instance) -> Binding | None:
     strongest: Binding | None = None
     for record in takewhile(lambda i: i.has_value, instance.outwards()):
         own = record.mod.binding
-        if own is not None and (strongest is None or not own.yields_to(strongest)):
+        if own is None:
+            continue
+        if strongest is None or strongest.default or not own.yields_to(strongest):
             strongest = own
     return strongest
 
@@ -171,7 +173,7 @@ def record_value(instance: Instance) -> flat.Expression | None:
         own = instance.mod.binding
         outer = instance.parent
         above = record_binding(outer) if outer is not None and outer.has_value else None
-        if above is not None and outer is not None and (own is None or own.yields_to(above)):
+        if above is not None and outer is not None and (own is None or own.is_under(above)):
             whole = record_value(outer)
             assert whole is not None and instance.element is not None
             value = references.field_of(whole, instance.element.name, whole.span)

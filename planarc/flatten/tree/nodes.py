@@ -78,6 +78,11 @@ class Binding(Struct, eq=False):
         """The value of the record around it is stronger than this one of a part."""
         return self.beaten or whole.depth < self.depth
 
+    def is_under(self, whole: Binding) -> bool:
+        """It yields, or is what the class of the part itself declares: whatever modifies the
+        record around stands further outside, that of a static class, too."""
+        return self.default or self.yields_to(whole)
+
 
 class Redeclaration(Struct, eq=False):
     """A new declaration for a replaceable element, with the scope it was written in."""
