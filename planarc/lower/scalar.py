@@ -270,11 +270,21 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
         case "edge" | "change":
             pair = lower_expression(scope, e.arguments[0]), _unassigned(scope, e.arguments[0])
             return builtins.call(scope, e.function, pair, e.span)
+        case "Enumeration":
+            return _literal_at(scope, e)
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
     if e.function == "String":
         value, *options = arguments
         return texts.written(scope.model, value, options, e.arguments[0].type, e.span)
     return builtins.call(scope, e.function, arguments, e.span)
+
+
+def _literal_at(scope: Scope, e: flat.Builtin) -> Value:
+    """`Kind(i)`: a literal is its number, which must be that of one (4.9.5.2)."""
+    number, last = expr(lower_expression(scope, e.arguments[0])), len(e.type.literals)
+    if not number.is_const or not 1 <= number.data <= last:
+        scope.keep_within(number, range(1, last + 1), e.span, f"as a `{e.type.name}`, the number")
+    return number
 
 
 def _unassigned(scope: Scope, e: flat.Expression) -> Value:

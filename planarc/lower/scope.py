@@ -193,7 +193,9 @@ class Scope(Data):
         path = condition if self.path is None else self.table.and_(self.path, condition)
         return replace(self, path=path)
 
-    def keep_within(self, position: Expr, fit: Collection[int], span: Span) -> None:
+    def keep_within(
+        self, position: Expr, fit: Collection[int], span: Span, what: str = "the subscript"
+    ) -> None:
         """End the run where a subscript that is chosen while running is none that fits."""
         t, low, high = self.table, min(fit), max(fit)
         holds = t.and_(t.less_equal(t.const(low), position), t.less_equal(position, t.const(high)))
@@ -203,7 +205,7 @@ class Scope(Data):
             holds = t.or_(t.not_(self.path), holds)
         if holds not in self.model.bounds:
             self.model.bounds.add(holds)
-            parts = ("the subscript ", (position, ""), f" is outside of {low} to {high}")
+            parts = (f"{what} ", (position, ""), f" is outside of {low} to {high}")
             self.model.assertions.append(dae.Assertion(holds, dae.Message(parts), span=span))
 
     def keep_set(self, name: str, message: str, span: Span) -> None:

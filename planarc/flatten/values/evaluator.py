@@ -174,10 +174,19 @@ class Evaluator(Struct):
             return self.value(e.arguments[-1 if e.function == "smooth" else 0])
         if e.function == "size":
             return self._size(e)
+        if e.function == "Enumeration":
+            return self._literal(e)
         if not compute.is_known(e.function):
             what = "`time`" if e.function == "time" else f"`{e.function}(...)`"
             raise NotConstant(f"{what} has no value before the run", e.span)
         return compute.apply([self.value(a) for a in e.arguments], e)
+
+    def _literal(self, e: flat.Builtin) -> Value:
+        """The literal of a number."""
+        number = self.value(e.arguments[0])
+        if not isinstance(number, int) or not 1 <= number <= len(e.type.literals):
+            raise error("F219", f"`{e.type.name}` has no value {number}", e.span)
+        return number
 
     def _size(self, e: flat.Builtin) -> Value:
         """`size` needs the type only, where that is known."""
