@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted, listed
@@ -41,7 +42,7 @@ def type_comprehension(node: syntax.Comprehension, reduce: str, env: Env) -> fla
         opened = _open_array(node, node.iterators[::-1], env)
     else:
         items = _open_items(node, node.iterators, env)
-        opened = None if items is None else _reduced(items, reduce, node.span)
+        opened = None if items is None else _reduced(node, items, reduce, env)
     return _kept(node, reduce, env) if opened is None else opened
 
 
@@ -229,16 +230,37 @@ def _bound(count: int, span: Span) -> None:
         raise too_large(f"a loop over {count:,} values is too long", span)
 
 
-def _reduced(items: list[flat.Expression], reduce: str, span: Span) -> flat.Expression:
-    type_ = _common_type(items)
+def _reduced(
+    node: syntax.Comprehension, items: list[flat.Expression], reduce: str, env: Env
+) -> flat.Expression:
     if not items:
-        return flat.Literal(flat.REAL, span, elementary.OF_NOTHING[reduce])
+        return _of_nothing(node, reduce, env)
+    type_, span = _common_type(items), node.span
     if type_.dims and reduce == "sum":
         total = items[0]
         for item in items[1:]:
             total = flat.Binary(type_, span, "+", total, item)
         return total
     return flat.Builtin(type_, span, reduce, (array(items, type_, span),))
+
+
+def _of_nothing(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:
+    """A sum of no Integers is the Integer 0, which stands for a Real, too. The greatest number is
+    one that only a Real has."""
+    number = elementary.OF_NOTHING[reduce]
+    if reduce in ("sum", "product") and _base_of_body(node, env) is not flat.Base.REAL:
+        return integer(int(number), node.span)
+    return flat.Literal(flat.REAL, node.span, number)
+
+
+def _base_of_body(node: syntax.Comprehension, env: Env) -> flat.Base | None:
+    """The type of what would be reduced; None where that hangs on the iterators' values."""
+    with suppress(PlanarcError):
+        for iterator in node.iterators:
+            type_ = iteration_range(iterator, env, (node.body,)).type.element()
+            env = env.with_local(iterator.name, flat.Reference(type_, iterator.span, iterator.name))
+        return env.typed(node.body).type.base
+    return None
 
 
 def _kept(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expression:

@@ -40,3 +40,27 @@ def test_an_iterator_indexes_a_dimension_that_is_there(
     assert found.code == "F218"
     assert found.message.startswith(f"`{name}` has {has} dimension")
     assert found.message.endswith(f", not {given}")
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        "parameter Integer k=sum(m[i] for i in 1:n)",
+        "parameter Integer k=1 - product(i for i in 1:n)",
+        "parameter Integer k=sum(i*j for i in 1:2, j in 1:n)",
+        "parameter Integer k=sum(m[i] for i)",
+        "block B output Integer y=1; end B; B c[n]; Integer k=sum(c[i].y for i in 1:n)",
+        "Boolean b[n]; Integer k=sum(if b[i] then 1 else 0 for i in 1:n)",
+        "parameter Real k=sum(m[i] for i in 1:n)",
+    ],
+)
+def test_a_sum_of_no_integers_is_an_integer(declared: str) -> None:
+    head = "parameter Integer n=0; parameter Integer m[n]=fill(1, n);"
+    body = f"{head} {declared}; Real x=k + time;"
+    assert planarc.load(f"model M\n  {body}\nend M;\n").simulate(1.0)["x"][-1] == 1
+
+
+def test_a_sum_of_no_reals_is_a_real() -> None:
+    body = "Real v[0]; Integer k=sum(v[i] for i in 1:0);"
+    with pytest.raises(planarc.PlanarcError, match="must be of type Integer, but is Real"):
+        planarc.load(f"model M\n  {body}\nend M;\n")
