@@ -10,15 +10,14 @@ anything is computed, and says which names there are.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity, UsageError, said
+from planarc.core.diagnostic import Diagnostic, UsageError, said
 from planarc.core.options import FIXED_STEP, MOST_ROWS, Contacts, RunOptions, Solver
 from planarc.core.prose import either, listed, ticked
-from planarc.core.unit import RPM, looks_like_degrees, looks_like_rpm, of_per_cent, turns
 from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
@@ -86,49 +85,6 @@ def resolve(program: Program, options: RunOptions) -> Request:
         near=options.near if len(options.near or ()) == len(program.candidates) else None,
         stepping=stepping,
     )
-
-
-def doubts(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
-    """Warnings of given values outside of their bounds, or as if in degrees or rpm (R409), and of
-    an interval that is longer than the run (R403)."""
-    return (*_doubted_interval(program, options), *_doubted_values(program, options))
-
-
-def _doubted_interval(program: Program, options: RunOptions) -> Iterator[Diagnostic]:
-    given, interval = program.experiment, options.interval
-    start = given.start if options.start is None else options.start
-    length = (given.stop if options.stop is None else options.stop) - start
-    if interval is not None and interval > length > 0:
-        message = f"the rows lie {interval:g} s apart, but the run lasts {length:g} s only"
-        hint = f"give a part of it, such as `--interval {length / DEFAULT_INTERVALS:g}`"
-        yield Diagnostic("R403", message, None, Severity.WARNING, hint)
-
-
-def _doubted_values(program: Program, options: RunOptions) -> tuple[Diagnostic, ...]:
-    if not (options.values or options.starts):
-        return ()
-    known, columns = _parameters(program), _columns(program) if options.starts else {}
-    units = {n: columns[n].unit for n in options.starts if n in columns}
-    found: list[tuple[str, str | None]] = []
-    for name, value in options.values.items():
-        low, high = known[name].minimum, known[name].maximum
-        if low is not None and value < low:
-            found.append((f"`{name}` = {value:g} lies below its minimum {low:g}", None))
-        elif high is not None and value > high:
-            share = of_per_cent(value, high, known[name].unit)
-            hint = None if share is None else f"if per cent are meant, give {share:.6g}"
-            found.append((f"`{name}` = {value:g} lies above its maximum {high:g}", hint))
-    angles = [(n, v) for n, v in options.values.items() if known[n].unit == "rad"]
-    angles += [(n, v) for n, v in options.starts.items() if units.get(n) == "rad"]
-    for name, value in angles:
-        if looks_like_degrees(value):
-            message = f"`{name}` = {value:g} is in radian, {turns(value)}"
-            found.append((message, f"if degrees are meant, give {math.radians(value):.6g}"))
-    for name, value in options.starts.items():
-        if units.get(name) == "rad/s" and looks_like_rpm(value):
-            message = f"`{name}` = {value:g} is in rad/s, {value / RPM:.0f} rpm"
-            found.append((message, f"if rpm are meant, give {value * RPM:.6g}"))
-    return tuple(Diagnostic("R409", m, None, Severity.WARNING, hint) for m, hint in found)
 
 
 def _stepping(program: Program, options: RunOptions) -> bool:
@@ -238,7 +194,7 @@ def _limit_rows(rows: float) -> None:
 def _parameter_values(program: Program, given: Mapping[str, float]) -> dict[int, float]:
     if not given:
         return {}
-    known = _parameters(program)
+    known = parameters_of(program)
     settable = ((_settable(known, program, name), value) for name, value in given.items())
     return {p.slot: of_kind(p.name, p.kind, p.literals, value) for p, value in settable}
 
@@ -327,7 +283,7 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
 
 def _sources(program: Program, name: str) -> list[str]:
     """A parameter that can be set, or those that it is computed from."""
-    parameters = _parameters(program)
+    parameters = parameters_of(program)
     own = parameters.get(name)
     hidden = {c.name for c in program.columns if c.protected}
     if own is not None and own.settable and name not in hidden:
@@ -373,12 +329,12 @@ def startable(program: Program) -> tuple[dict[int, int], dict[str, tuple[int, fl
 
 
 @once
-def _parameters(program: Program) -> dict[str, ParameterSlot]:
+def parameters_of(program: Program) -> dict[str, ParameterSlot]:
     return {p.name: p for p in program.parameter_slots}
 
 
 @once
-def _columns(program: Program) -> dict[str, Column]:
+def columns_of(program: Program) -> dict[str, Column]:
     return {c.name: c for c in program.columns}
 
 
@@ -400,7 +356,7 @@ def _start_values(program: Program, given: Mapping[str, float]) -> dict[int, flo
                 given_by(program, name)
                 or (f"set the start value of {either(near)}" if near else None),
             )
-        column = _columns(program).get(name)
+        column = columns_of(program).get(name)
         kind = Kind.REAL if column is None else column.kind
         literals = literals_of(program).get(name, ())
         result[slots[slot]] = sign * of_kind(f"{name}.start", kind, literals, value)

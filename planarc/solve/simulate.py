@@ -20,10 +20,11 @@ from planarc.core.options import RunOptions
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Interrupted, Result
+from planarc.solve.doubts import doubts
 from planarc.solve.events.asserts import impossible_parameters
 from planarc.solve.kept import Kept
 from planarc.solve.run import Progress, Run
-from planarc.solve.settings import Request, doubts, resolve
+from planarc.solve.settings import Request, resolve
 
 
 def simulate(

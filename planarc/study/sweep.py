@@ -25,7 +25,8 @@ from planarc.core import progress as drawn
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import UnknownName, telling_keywords
-from planarc.solve.settings import doubts, resolve
+from planarc.solve.doubts import doubts
+from planarc.solve.settings import resolve
 from planarc.study.bundle import Outcome, Payload, Task
 from planarc.study.identity import identity
 from planarc.study.journal import Journal

@@ -31,11 +31,12 @@ from planarc.export.wishes import finer
 from planarc.ir.result import EventRecord, Held, Interrupted, Result, StateChoice, Statistics
 from planarc.solve.contact.messages import told
 from planarc.solve.contact.touches import TOLD, Points
+from planarc.solve.doubts import doubts
 from planarc.solve.events.asserts import AssertWatch
 from planarc.solve.messages.event import ticked
 from planarc.solve.messages.text import Reader
 from planarc.solve.recorder import Recorder, constants
-from planarc.solve.settings import Request, doubts, resolve
+from planarc.solve.settings import Request, resolve
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
