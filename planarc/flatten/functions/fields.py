@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
 from planarc.flatten.functions.order import names_in_order
 from planarc.flatten.terms.conform import expect
@@ -156,7 +157,7 @@ class _Maker(Data):
         fields = {n: place.field(n) for n, _ in place.type.fields}
         names = {n: field.value for n, field in fields.items()}
         inner = _Maker(self.signature, ((record, names), *self.meanings))
-        for name in names_in_order(record):
+        for name in _in_order(record, mod):
             if name in fields:
                 yield from inner._field(fields[name], name, record, mod.sub(name))
 
@@ -208,3 +209,13 @@ class _Maker(Data):
     def _typed(self, expression: syntax.Expression, scope: Scope) -> flat.Expression:
         names = next((n for owner, n in self.meanings if owner is scope.instance), {})
         return Env(scope, names, self.signature).typed(expression)
+
+
+def _in_order(record: Instance, mod: Mod) -> list[str]:
+    """The fields that modifiers from outside give, which may break a circle, then the others."""
+    given = [name for name, sub in mod.subs.items() if sub.binding is not None]
+    try:
+        order = names_in_order(record)
+    except PlanarcError:
+        order = list(record.layout.members)
+    return [*given, *(name for name in order if name not in given)]

@@ -26,6 +26,8 @@ TINY_COUNT = 8
 #: One that is found only after its root counts so often, and so does one that is smaller than the
 #: tolerance by this factor: the next may be none but rounding, which no integrator sees.
 LATE, SMALL = 4, 1e-3
+#: Where that took a part of the run as long as this, what follows is not near.
+BRIEF = 1e-3
 
 
 class Chatter:
@@ -64,7 +66,7 @@ class Chatter:
             part = self._crossings.amplitude(i, rises[i], since) if rises[i] else math.inf
             tiny = part < self._tolerance and i in self._last_switch
             tiny = tiny and i not in self._crossings.beyond
-            weight = LATE if part < SMALL * self._tolerance else 1
+            weight = LATE if part < SMALL * self._tolerance and since < BRIEF * self._span else 1
             self._tiny[i] = self._tiny.get(i, 0) + weight if tiny else 0
             self._last_switch[i] = t
             again, self._truth[i] = self._truth.get(i, truth) == truth, truth

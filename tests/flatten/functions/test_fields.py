@@ -77,6 +77,16 @@ package P
       q.x[i] := 10*i;
     end for;
   end sized;
+  record Ratio
+    Real whole=3*part;
+    Real part=whole/3;
+  end Ratio;
+  function circle
+    input Real x;
+    output Ratio r(whole=x);
+  algorithm
+    assert(r.part < 100, "");
+  end circle;
   function order
     input Real x;
     output Real y=d.re + 1;
@@ -110,6 +120,7 @@ CASES = {
         {"w.a.re": 7, "w.a.im": 3, "w.b.re": 3, "w.b.im": 5, "w.c[2].im": 4, "w.z": 12},
     ),
     "a size of a field": ("N q(n=3)=P.sized(3)", {"q.x[1]": 10, "q.x[3]": 30}),
+    "a circle that is broken": ("P.Ratio r=P.circle(3*time)", {"r.whole": 3, "r.part": 1}),
     "the order of values": ("Real y=P.order(3*time)", {"y": 1 + 6 + 100 * (5 + 6)}),
 }
 
