@@ -96,7 +96,8 @@ end Ends;
 LOOP = """
 model Loop
   Real x(start=0, fixed=true);
-  discrete Real a(start=0, fixed=true), b(start=0, fixed=true);
+  discrete Real a(start=0, fixed=true);
+  Real b;
 equation
   der(x) = a;
   b = 2*a + time;

@@ -7,6 +7,7 @@ friction is solved for the one contact by its own few cases.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -97,31 +98,31 @@ def impulses(a: Any, u: Any, e: float, mu: float) -> Any:
     """Poisson's law for one contact: a phase that ends the approach, and one that gives back."""
 
     def phase(start: Any, floor: float) -> Any:
-        for closed in (False, True):
-            for way in (0, 1, -1):
-                rows, right = [], []
-                if closed:
-                    rows.append(a[0])
-                    right.append(-start[0])
-                else:
-                    rows.append([1.0, 0.0])
-                    right.append(floor)
-                if way == 0:
-                    rows.append(a[1])
-                    right.append(-start[1])
-                else:
-                    rows.append([way * mu, 1.0])
-                    right.append(0.0)
-                if np.linalg.cond(np.array(rows)) > 1e10:
-                    continue
-                x = np.linalg.solve(np.array(rows), np.array(right))
-                end = a @ x + start
-                if (
-                    x[0] >= floor - 1e-12
-                    and end[0] >= -1e-12
-                    and (abs(x[1]) <= mu * x[0] + 1e-12 if way == 0 else way * end[1] >= -1e-12)
-                ):
-                    return x
+        # Of a mechanism of one freedom both rows say nearly the same: rounding is larger there.
+        for near, closed, way in product((1e-12, 1e-10), (False, True), (0, 1, -1)):
+            rows, right = [], []
+            if closed:
+                rows.append(a[0])
+                right.append(-start[0])
+            else:
+                rows.append([1.0, 0.0])
+                right.append(floor)
+            if way == 0:
+                rows.append(a[1])
+                right.append(-start[1])
+            else:
+                rows.append([way * mu, 1.0])
+                right.append(0.0)
+            if np.linalg.cond(np.array(rows)) > 1e10:
+                continue
+            x = np.linalg.solve(np.array(rows), np.array(right))
+            end = a @ x + start
+            if (
+                x[0] >= floor - near
+                and end[0] >= -near
+                and (abs(x[1]) <= mu * x[0] + near if way == 0 else way * end[1] >= -near)
+            ):
+                return x
         raise AssertionError("no case")
 
     first = phase(u, 0.0)
