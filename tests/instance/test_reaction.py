@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import planarc
 from planarc.compiled import Compiled
 from planarc.compiler import compile_model
 from planarc.core.diagnostic import PlanarcError
@@ -359,11 +360,16 @@ def test_arrays_are_set_in_loops(monkeypatch: pytest.MonkeyPatch) -> None:
     assert texts.own.count("fcmp") == short.own.count("fcmp") < 100, "a loop is code once"
 
 
+#: From 0.25 s on the value of an element is the root of a negative number.
+NEGATIVE = BUFFER.format(input="1").replace("x[k] := u*k", "x[k] := sqrt(0.245 - time)*k")
+
+
 def test_python_tells_which_element_has_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
-    text = BUFFER.format(input="if time < 0.245 then 1 else sqrt(noEvent(0.245 - time) - 1)")
+    text = NEGATIVE
     native, python, count = both(compiled(text), monkeypatch)
     assert count.left == 1
     assert native.ended is not None
+    assert "x[26]" in native.ended.message
     assert native.ended == python.ended
     assert equal(native, python)
 
@@ -400,3 +406,14 @@ def test_a_kernel_goes_with_its_last_owner() -> None:
     there = weakref.ref(kernel)
     del kernel
     assert there() is None
+
+
+def test_an_exported_run_tells_which_element_has_no_value() -> None:
+    text = NEGATIVE
+    model = planarc.load(text)
+    for solver in ("auto", "exported"):
+        with pytest.raises(planarc.RunStopped) as caught:
+            model.simulate(1.0, solver=solver)
+        (found,) = caught.value.diagnostics
+        assert found.code == "R421"
+        assert "x[26]" in found.message

@@ -212,3 +212,14 @@ equation
     moving = np.abs(v) > 1e-4
     assert np.allclose(friction[moving], -0.2 * (pressure * np.sign(v))[moving])
     assert pressure[moving].min() > 1
+
+
+def test_exported_friction_against_a_given_motion() -> None:
+    """What machine code alone decides."""
+    pytest.importorskip("llvmlite")
+    body = DRIVEN.format(law="0.3*sin(3*time)")
+    result = run(body, 2.0, backend="native", tolerance=1e-8, solver="exported")
+    v, friction = result["slide.v"], result["slide.friction"]
+    moving = np.abs(v) > 1e-4
+    assert np.allclose(friction[moving], -0.2 * 2 * G * np.sign(v[moving]))
+    assert {-1, 1} == {*np.sign(v[moving])}

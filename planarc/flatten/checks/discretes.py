@@ -174,8 +174,9 @@ class _Moving(Data):
 
     names: set[str]  # of the continuous variables
 
-    def __call__(self, e: flat.Expression, silent: bool) -> bool:
-        """With `silent`, relations in `noEvent` are such that make no events."""
+    def __call__(self, e: flat.Expression, silent: bool, watched: bool = True) -> bool:
+        """With `silent`, relations in `noEvent` are such that make no events; without `watched`
+        nothing makes any."""
         match e:
             case flat.Reference(name=name) if name in self.names:
                 return True
@@ -184,23 +185,12 @@ class _Moving(Data):
             case flat.Builtin(function=function) if function in STILL:
                 return False
             case flat.Builtin(function="noEvent", arguments=(inner,)) if silent:
-                return self._unwatched(inner)
-            case flat.Builtin(function=function) if steps(function):
+                return self(inner, silent, watched=False)
+            case flat.Builtin(function=function) if watched and steps(function):
                 return False
-            case flat.Binary(op=op) if op in _RELATIONS:
+            case flat.Binary(op=op) if watched and op in _RELATIONS:
                 return False
-        return any(self(part, silent) for part in children(e))
-
-    def _unwatched(self, e: flat.Expression) -> bool:
-        """Whether a value changes in which nothing makes events."""
-        match e:
-            case flat.Reference(name=name) if name in self.names:
-                return True
-            case flat.Builtin(function="time"):
-                return True
-            case flat.Builtin(function=function) if function in STILL:
-                return False
-        return any(map(self._unwatched, children(e)))
+        return any(self(part, silent, watched) for part in children(e))
 
 
 def _report(given: Given, moving: _Moving, session: Session) -> None:

@@ -381,3 +381,23 @@ equation
     assert result["y"][-1] == pytest.approx(6 / (1 - factor))
     if "initial" in when:
         assert result["y"][0] == pytest.approx(6 / (1 - factor))
+
+
+def test_what_is_differentiated_is_its_own_left_limit() -> None:
+    """A clause that turns a speed round needs no other variable for it."""
+    from planarc.request.request import Request, open_target
+    from planarc.stages import flatten, to_dae
+
+    text = """model Ball
+  Real h(start=1, fixed=true), v(start=0, fixed=true), a, u = 2*v;
+equation
+  der(h) = v;
+  der(v) = a;
+  a = -9.81;
+  when h < 0 then
+    reinit(v, -0.5*pre({0}));
+  end when;
+end Ball;"""
+    for name, count in (("v", 0), ("a", 1), ("u", 1)):
+        dae = to_dae(flatten(open_target(Request(text=text.replace("{0}", name)))))
+        assert sum(d.name.startswith("$left") for d in dae.discretes) == count
