@@ -16,7 +16,7 @@ from planarc.cli.files import Destinations, destinations, replaced, save
 from planarc.cli.outcome import Outcome
 from planarc.cli.progress import progress_line
 from planarc.cli.settings import Setting, apply_settings
-from planarc.cli.summary import details, start_values, state_reasons, summary
+from planarc.cli.summary import details, moving_states, start_values, state_reasons, summary
 from planarc.compiled import Compiled
 from planarc.core.clock import Clock
 from planarc.core.data import Data
@@ -132,7 +132,7 @@ class Run:
         outcome, statistics = self.outcome, result.statistics
         for name in ("solver", "backend", "steps", "events"):
             setattr(outcome, name, getattr(statistics, name))
-        outcome.states = result.states[-1].states if result.states else ()
+        outcome.states = next((c.states for c in reversed(moving_states(result))), ())
         outcome.rows = len(result.time)
         # What explains that something grows without end is told once.
         every = (*outcome.diagnostics, *result.warnings)

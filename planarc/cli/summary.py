@@ -23,7 +23,7 @@ def summary(
             "equations",
             f"{program.equations_before}, after reduction {program.equations_after}",
         ),
-        ("states", states(result.states)),
+        ("states", states(moving_states(result))),
         ("start", start_values(result.held)),
         ("solver", solver(statistics.solver, statistics.backend, statistics.reason)),
         ("steps", f"{statistics.steps}, events {statistics.events}"),
@@ -57,16 +57,25 @@ def states(choices: Sequence[StateChoice]) -> str:
         return "none"
     lines = [f"{_names(c.states)} from t = {c.time:.6g} s" for c in choices[-MOST_NAMES:]]
     if len(choices) == 1:
-        return _names(choices[0].states)
+        return _names(choices[0].states) or "none"
     return "\n".join([f"chosen {len(choices)} times", *lines])
+
+
+def moving_states(result: Result) -> list[StateChoice]:
+    """The states without parameters that the start finds: to the integrator alone they are some."""
+    constant = {c.display for c in result.program.candidates if c.at_start}
+    return [
+        StateChoice(c.time, tuple(name for name in c.states if name not in constant))
+        for c in result.states
+    ]
 
 
 def state_reasons(result: Result) -> str:
     """Why these are the states: what the model says of them, among how many candidates."""
-    if not result.states:
+    select = {c.display: c.select for c in result.program.candidates if not c.at_start}
+    chosen = [name for c in result.states[-1:] for name in c.states if name in select]
+    if not chosen:
         return ""
-    select = {c.display: c.select for c in result.program.candidates}
-    chosen = [name for name in result.states[-1].states if name in select]
     kinds = sorted({select[name] for name in chosen}, reverse=True)
     said = [
         f"StateSelect.{kind.name.lower()}: {_names([n for n in chosen if select[n] is kind])}"

@@ -153,6 +153,7 @@ class Tables:
             block=block,
             span=c.span,
             holder=c.holder,
+            at_start=c.at_start,
         )
 
     def fixed(self) -> tuple[FixedSlot, ...]:

@@ -75,6 +75,7 @@ class Variable(Located):
     component: str = ""
     literals: tuple[str, ...] = ()  # of an enumeration
     type_name: str = ""  # that of the enumeration
+    at_start: bool = False  # a parameter that the start finds, constant from then on
     span: Span = NOWHERE
 
 

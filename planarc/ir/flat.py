@@ -265,6 +265,7 @@ class Variable(Located):
     structural: bool = False  # a parameter whose value shaped the model: cannot be set later
     description: str = ""
     component: str = ""  # full name of the component that declares it
+    at_start: bool = False  # a parameter that the start finds: `fixed = false`
     #: variables of functions: an expression for each size that `type.dims` leaves None
     #: and the declaration gives (`Real y[size(x, 1)]`); empty when there is none
     sizes: tuple[Expression | None, ...] = ()

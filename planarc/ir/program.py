@@ -186,6 +186,7 @@ class CandidateSlot(Data):
     block: int  # index in Program.blocks
     span: Span
     holder: str = ""  # the variable whose start it is, where that is not the one displayed
+    at_start: bool = False  # a parameter that the start finds: no state of the mechanism
 
     @property
     def start_name(self) -> str:

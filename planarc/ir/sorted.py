@@ -128,6 +128,7 @@ class Candidate(Data):
     nominal: Expr | None
     span: Span
     holder: str = ""  # the variable whose start it is, where that is not the one displayed
+    at_start: bool = False  # a parameter that the start finds: no state of the mechanism
 
 
 class Fixed(Data):

@@ -259,6 +259,7 @@ def _describe(model: Model, v: flat.Variable) -> Iterator[dae.Variable]:
             component=v.component,
             literals=v.type.literals,
             type_name=v.type.name,
+            at_start=v.at_start,
             span=v.span,
         )
 

@@ -57,7 +57,7 @@ def release_parameters(source: flat.FlatModel) -> flat.FlatModel:
             raise unsupported(f"`fixed = false` for a structural parameter, `{v.name}`", v.span)
         continuous = v.type.base is Base.REAL
         variability = Variability.CONTINUOUS if continuous else Variability.DISCRETE
-        variables.append(replace(v, variability=variability))
+        variables.append(replace(v, variability=variability, at_start=continuous))
         if v.binding is None and continuous:
             constancy.append(_constant_in_time(v))
     discrete = {v.name for v in variables if v.name in free and v.type.base is not Base.REAL}

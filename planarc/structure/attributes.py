@@ -38,6 +38,7 @@ class Attributes(Data):
     nominal: Expr | None
     span: Span
     holder: str = ""  # the variable whose start it is, where that is not the one displayed
+    at_start: bool = False  # a parameter that the start finds
 
 
 class _Member(Data):
@@ -96,7 +97,14 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
     if len(members) == 1 and members[0].sign > 0:
         v = members[0].variable
         return Attributes(
-            v.name, v.state_select, v.start, v.start_written, v.fixed, v.nominal, v.span
+            display=v.name,
+            select=v.state_select,
+            start=v.start,
+            start_written=v.start_written,
+            fixed=v.fixed,
+            nominal=v.nominal,
+            span=v.span,
+            at_start=v.at_start,
         )
     by_start = sorted(
         members,
@@ -133,6 +141,7 @@ def _merge(symbol: Expr, members: list[_Member], table: Exprs) -> Attributes:
         nominal=next((n for n in nominals if n is not None), None),
         span=first.span if first.fixed or first.start_written else (shown or first).span,
         holder=first.name if held and first.name != display else "",
+        at_start=any(m.variable.at_start for m in members),
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planarc import compiler
+from planarc import compiler, load
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.options import Backend, RunOptions
 from planarc.request.request import Request
@@ -183,3 +183,38 @@ end M;
     assert result["t0"] == pytest.approx(begin)
     assert [e.time for e in result.events] == pytest.approx([begin + k / 4 for k in range(1, 5)])
     assert result["n"][-1] == 4
+
+
+TRIM = """
+model Trim "A mass on a spring whose free length holds it where it starts"
+  parameter Real k = 100;
+  parameter Real L(fixed = false, start = 1);
+  Real q = 2*L;
+  Real x(start = 2, fixed = true), v(start = 0, fixed = true);
+initial equation
+  der(v)*(1 + 0.1*L^2) = 0;
+equation
+  der(x) = v;
+  der(v) = -9.81 + k*(q/2 - x) - v;
+end Trim;
+"""
+
+
+def test_what_the_start_finds_is_no_state_of_the_linear_model(backend: Backend) -> None:
+    model = load(TRIM, backend=backend)
+    found = model.linearize(outputs="q")
+    assert found.values["L"] == pytest.approx(2 + 0.0981)
+    assert found.states == ("x", "v")
+    assert found.A == pytest.approx(np.array([[0.0, 1.0], [-100.0, -1.0]]), abs=1e-6)
+    assert found.C == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    assert found.stable
+    motion = found.motion(0)
+    assert np.ptp(motion["L"]) == 0.0 < np.ptp(motion["x"])
+
+
+def test_what_the_start_finds_is_not_told_among_the_states(backend: Backend) -> None:
+    from planarc.cli.summary import moving_states, state_reasons, states
+
+    result = run(TRIM, backend, stop=0.1)
+    assert states(moving_states(result)) == "x, v"
+    assert "L" not in state_reasons(result)

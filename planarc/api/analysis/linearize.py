@@ -70,8 +70,8 @@ class Linearization(Data, eq=False):
     """Matrices with the names of their rows and columns, and the point (`time`, `values`).
 
     dx/dt = A x + B u,  y = C x + D u, where x, u and y are deviations from the point, of `states`,
-    `inputs` and `outputs`, in SI units. `derivatives` tells whether they come from `formulas` or
-    from `differences`.
+    `inputs` and `outputs`, in SI units. Parameters that the start finds (`fixed=false`) are no
+    states. `derivatives` tells whether they come from `formulas` or from `differences`.
     """
 
     A: Vector
@@ -186,7 +186,7 @@ class Linearization(Data, eq=False):
         """Three periods of a mode, undamped, as a result: small deviations, drawn large."""
         mode = mode if isinstance(mode, Mode) else self._mode(mode)
         amplitude = finite("amplitude", amplitude)
-        shape = np.array([mode.shape[n] for n in self.states])
+        shape = np.array([mode.shape.get(n, 0.0) for n in self.point.names])
         angles = np.linspace(0, 6 * math.pi, 3 * rows + 1)
         return _frames(self.point, mode.natural_frequency or 1.0, angles, amplitude * shape)
 
@@ -230,12 +230,13 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     jacobian, derivatives = _by_formulas(point, held, slots, signs), "formulas"
     if jacobian is None:
         jacobian, derivatives = _by_differences(point, held, slots, signs), "differences"
+    moving = [i for i, c in enumerate(point.states) if not c.at_start]
     return Linearization(
-        A=jacobian[:n, :n],
-        B=jacobian[:n, n:],
-        C=jacobian[n:, :n],
+        A=jacobian[np.ix_(moving, moving)],
+        B=jacobian[moving, n:],
+        C=jacobian[n:, moving],
         D=jacobian[n:, n:],
-        states=point.names,
+        states=tuple(point.names[i] for i in moving),
         inputs=program.inputs,
         outputs=tuple(outputs),
         time=point.t,
