@@ -46,6 +46,7 @@ def generate(sorted: SortedDae) -> Program:
             fixed=tables.fixed(),
             discretes=tables.discretes(),
             relations=tables.relations(),
+            turning=tables.turning(),
             samplers=tables.samplers(),
             whens=tables.whens(),
             delays=tables.delays(),

@@ -206,6 +206,18 @@ class Tables:
         known = {p.name for p in self._dae.parameters} | {v.name for v in self._dae.discretes}
         return any(s.name not in known for s in symbols(*swings))
 
+    def turning(self) -> tuple[int, ...]:
+        """See `Program.turning`."""
+        dae = self._dae
+        if all(r.time_only for r in dae.relations):
+            return ()
+        swings = [e for e in dae.table.all if e.op is Op.CALL and e.data in WAVES]
+        known = {p.name for p in dae.parameters}
+        slots = self._layout.slots
+        found = (slots.get(repr(s)) for s in symbols(*swings) if s.name not in known)
+        constant = self._sections.constant_slots
+        return tuple(sorted({s for s in found if s is not None} - constant))
+
     def samplers(self) -> tuple[tuple[int, Expr, Expr, Span], ...]:
         aliases = self._sections.aliases
         return tuple(

@@ -14,22 +14,28 @@ WARNING: Final = 99
 #: this part of its way in two steps, and that way is more than this part of its largest size.
 DIP_MARGIN: Final = 0.25
 DIP_NOISE: Final = 1e-6
-#: Points since the march went on from which there is a parabola.
+#: Points since the march went on from which there is a parabola, and those that are kept: the next
+#: one is compared with it.
 DIP_POINTS: Final = 3
+POINTS: Final = 4
+#: A zero function that is off its parabola, or at first a straight line, by more than its distance
+#: from zero over this is looked at all along the step.
+ROUGH_MARGIN: Final = 10.0
 #: A step whose ends have derivatives of different signs may have gone across a pole where it is
 #: off the trapezoidal rule by more than this part of the larger one times the step.
 MISFIT: Final = 0.1
 #: Growth of a derivative on the way of a step from which it has a pole there.
 GROWTH: Final = 1e3
 #: What an angle of a loop moves by in a step at most, in rad. A loop can be closed in several ways:
-#: where its angles move farther than to the next one, Newton's method may take that.
+#: where its angles move farther than to the next one, Newton's method may take that. Where others,
+#: of which sines are asked, move farther, zero functions may do anything within the step.
 REACH: Final = 0.5
 
 
 class Arguments(ctypes.Structure):
     """The march of one run; pointers are those of arrays and of SUNDIALS' objects. `next`,
-    `count`, `taken`, `failed`, `bound`, `looks`, `poles`, `seen` and `dips` are written on the
-    way."""
+    `count`, `taken`, `failed`, `bound`, `looks`, `poles`, `seen`, `turned`, `farthest` and `dips`
+    are written on the way."""
 
     _fields_ = (
         ("memory", c_void_p),  # of CVODE
@@ -73,7 +79,11 @@ class Arguments(ctypes.Structure):
         ("relations", c_int64),
         ("points", c_void_p),  # `solve.solvers.dips`
         ("seen", c_int64),
-        ("dips", c_int64),  # whether a zero function may have dipped through zero
+        ("turning", c_void_p),  # int64, the slots of angles of which sines are asked
+        ("turning_count", c_int64),
+        ("turned", c_void_p),  # where they were at the point before
+        ("farthest", c_double),  # how far one has turned since then
+        ("dips", c_int64),  # what a zero function may have done (`solve.solvers.dips.Suspicion`)
         ("flag", c_int64),  # CVODE's of a step that was made already, or -1
     )
 

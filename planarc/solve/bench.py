@@ -77,6 +77,7 @@ class Bench:
             form.waves,
             form.angles,
             bool(self.events.touches),
+            program.turning,
         )
         self.integrator: Integrator
         if request.stepping:

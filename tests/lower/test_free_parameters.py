@@ -205,8 +205,8 @@ def test_what_the_start_finds_is_no_state_of_the_linear_model(backend: Backend) 
     found = model.linearize(outputs="q")
     assert found.values["L"] == pytest.approx(2 + 0.0981)
     assert found.states == ("x", "v")
-    assert found.A == pytest.approx(np.array([[0.0, 1.0], [-100.0, -1.0]]), abs=1e-6)
-    assert found.C == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    assert pytest.approx(np.array([[0.0, 1.0], [-100.0, -1.0]]), abs=1e-6) == found.A
+    assert pytest.approx(np.zeros((1, 2)), abs=1e-9) == found.C
     assert found.stable
     motion = found.motion(0)
     assert np.ptp(motion["L"]) == 0.0 < np.ptp(motion["x"])

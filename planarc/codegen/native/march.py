@@ -17,7 +17,18 @@ import ctypes
 
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.ir.frame import Frame
-from planarc.ir.march import DIP_MARGIN, DIP_NOISE, DIP_POINTS, FIELDS, GROWTH, MISFIT, WARNING
+from planarc.ir.march import (
+    DIP_MARGIN,
+    DIP_NOISE,
+    DIP_POINTS,
+    FIELDS,
+    GROWTH,
+    MISFIT,
+    POINTS,
+    REACH,
+    ROUGH_MARGIN,
+    WARNING,
+)
 from planarc.ir.newton import GROWN
 
 _KINDS = {ctypes.c_void_p: POINTER, ctypes.c_double: REAL, ctypes.c_int64: INT}
@@ -53,8 +64,11 @@ def march_function(c: Code, a: Value) -> None:
     one_step = c.constant(_ONE_STEP, FLAG)
     flag.set(given.cvode.call(FLAG, memory, given.limit, y, time, one_step))
     c.leave(flag.get() < 0, end)
-    with c.when((given.relations > 0) & ~flag.get().equals(_ROOT)):
+    is_root = flag.get().equals(_ROOT)
+    with c.when((given.relations > 0) & ~is_root):
         _note(c, given, time.load(REAL), end)
+    with c.when(is_root):  # there may be others before it
+        _note_angles(c, given, end)
     c.enter(made)
     t, before = time.load(REAL), given.count
     ordinary = flag.get().equals(0) | flag.get().equals(WARNING)
@@ -79,37 +93,80 @@ def march_function(c: Code, a: Value) -> None:
 
 
 def _note(c: Code, given: _Arguments, t: Value, end: str) -> None:
-    """The zero functions at the end of a step, and whether one may have dipped through zero."""
+    """The zero functions at the end of a step, and what one may have done within it."""
     n, points = given.relations, given.points
     width = n + 1
     zeros = given.context.load(POINTER, Frame.ZEROS)
-    with c.loop(width * 2) as i:
+    with c.loop(width * (POINTS - 1)) as i:
         points.store(points.load(REAL, i + width), i)
-    last, largest = points.at(width * 2), points.at(width * 3 + 1)
+    last, largest = points.at(width * (POINTS - 1)), points.at(width * POINTS + 1)
     last.store(t)
     with c.loop(n) as i:
         g = zeros.load(REAL, i)
         last.store(g, i + 1)
         largest.store(c.largest(c.absolute(g), largest.load(REAL, i)), i)
     given.set("seen", given.seen + 1)
+    _note_angles(c, given, end)
     with c.when(given.seen >= DIP_POINTS):
-        t0, t1 = points.load(REAL), points.load(REAL, width)
-        h = t - t1
-        with c.loop(n) as i:
-            a, b, z = (points.load(REAL, width * k + i + 1) for k in range(3))
-            before, behind = (b - a) / (t1 - t0), (z - b) / h
-            bend = (behind - before) / (t - t0)
-            x = c.largest((h - behind / bend) / 2, 0.0)
-            x = c.select(x < h, x, h)
-            least = b + x * (behind + bend * (x - h))
-            away = c.select(b > 0, least, -least)
-            way = c.absolute(b - a) + c.absolute(z - b)
-            found = (b * z > 0) & (b * bend > 0)
-            found = found & (c.absolute(behind) < h * 2 * c.absolute(bend))
-            found = found & (way > largest.load(REAL, i) * DIP_NOISE) & (away < way * DIP_MARGIN)
-            with c.when(found, leaves=True):
-                given.set("dips", 1)
-                c.jump(end)
+        _find_rough(c, given, points, width, largest, end)
+        _find_dips(c, given, points, width, largest, end)
+
+
+def _note_angles(c: Code, given: _Arguments, end: str) -> None:
+    """The angles at the end of a step; one that has turned far asks for looks along it."""
+    farthest, turned, w = c.variable(0.0, REAL), given.turned, given.workspace
+    slots = given.turning
+    with c.loop(given.turning_count) as i:
+        now = w.load(REAL, slots.load(INT, i))
+        farthest.set(c.largest(c.absolute(now - turned.load(REAL, i)), farthest.get()))
+        turned.store(now, i)
+    given.set("farthest", farthest.get())
+    with c.when(farthest.get() > REACH, leaves=True):
+        given.set("dips", 2)
+        c.jump(end)
+
+
+def _find_rough(
+    c: Code, given: _Arguments, points: Value, width: Value, largest: Value, end: str
+) -> None:
+    """A zero function that a parabola through the points before, or a line, does not lead to."""
+    t0, t1, t2, t3 = (points.load(REAL, width * k) for k in range(4))
+    first, last, ahead, back = t1 - t0, t2 - t1, t3 - t2, t3 - t1
+    with c.loop(given.relations) as i:
+        p, q, r, z = (points.load(REAL, width * k + i + 1) for k in range(4))
+        slope = (r - q) / last
+        bend = (slope - (q - p) / first) / (t2 - t0)
+        bend = c.select(given.seen >= POINTS, bend, slope * 0.0)
+        off = c.absolute(z - (r + ahead * (slope + bend * back)))
+        away = c.select(c.absolute(r) < c.absolute(z), c.absolute(r), c.absolute(z))
+        found = (r * z > 0) & (away < off * ROUGH_MARGIN)
+        found = found & (off > largest.load(REAL, i) * DIP_NOISE)
+        with c.when(found, leaves=True):
+            given.set("dips", 2)
+            c.jump(end)
+
+
+def _find_dips(
+    c: Code, given: _Arguments, points: Value, width: Value, largest: Value, end: str
+) -> None:
+    """A parabola through the last three points that comes near zero between the last two."""
+    t0, t1, t = (points.load(REAL, width * k) for k in range(POINTS - 3, POINTS))
+    h = t - t1
+    with c.loop(given.relations) as i:
+        a, b, z = (points.load(REAL, width * k + i + 1) for k in range(POINTS - 3, POINTS))
+        before, behind = (b - a) / (t1 - t0), (z - b) / h
+        bend = (behind - before) / (t - t0)
+        x = c.largest((h - behind / bend) / 2, 0.0)
+        x = c.select(x < h, x, h)
+        least = b + x * (behind + bend * (x - h))
+        away = c.select(b > 0, least, -least)
+        way = c.absolute(b - a) + c.absolute(z - b)
+        found = (b * z > 0) & (b * bend > 0)
+        found = found & (c.absolute(behind) < h * 2 * c.absolute(bend))
+        found = found & (way > largest.load(REAL, i) * DIP_NOISE) & (away < way * DIP_MARGIN)
+        with c.when(found, leaves=True):
+            given.set("dips", 1)
+            c.jump(end)
 
 
 def _rows(c: Code, given: _Arguments, until: Value, failed: str) -> None:

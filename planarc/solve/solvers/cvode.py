@@ -58,6 +58,7 @@ from planarc.ir.kernel import Kernel, Machine
 from planarc.ir.march import WARNING
 from planarc.solve.recorder import Recorder
 from planarc.solve.solvers.callbacks import Callbacks
+from planarc.solve.solvers.dips import Suspicion
 from planarc.solve.solvers.driver import Driver, Where
 from planarc.solve.solvers.integrator import (
     FEWEST_DERIVED,
@@ -193,7 +194,7 @@ class Cvode(Integrator):
         session = self._session
         self._time.value = t
         self._y[:] = list(y)
-        self._begin_dips(directions)
+        self._begin_dips(t, y, directions)
         self._absolute[:] = [SHARE * a for a in absolute]
         if session.begun:
             self._begin_anew(t)
@@ -388,7 +389,7 @@ class Cvode(Integrator):
         flag, told = self._driver.march(limit, recorder, watch, steps)
         taken = told.taken
         while told.dips:
-            if (found := self._dip()) is not None:
+            if (found := self._dip(Suspicion(told.dips), flag == _ROOT_FOUND)) is not None:
                 rows = self._take_rows(recorder, self.t - recorder.near)
                 return replace(found if rows else UNSOLVED, steps=taken + 1)
             flag, told = self._driver.march(limit, recorder, watch, steps - taken, flag)

@@ -45,6 +45,9 @@ class Driver:
             time=C.addressof(where.time),
             relations=dips.points.shape[1] - 1,
             points=address(dips.points),
+            turning=address(dips.turning),
+            turning_count=len(dips.turning),
+            turned=address(dips.turned),
             states=poles.size,
             places=address(poles.places),
             trail=address(poles.trail),
@@ -83,8 +86,9 @@ class Driver:
     ) -> tuple[int, Arguments]:
         """CVODE's last flag, and what the march tells in its arguments: `taken` steps, whether
         the kernel `failed`, whether it `looks` bad for the choice of states, whether there may
-        be `poles` in the step just made, whether a zero function may have `dips` there: called
-        again with its `flag`, the march goes on from that step. Rows go to the recorder."""
+        be `poles` in the step just made, whether a zero function may have `dips` there, or do
+        anything: called again with its `flag`, the march goes on from that step. Rows go to the
+        recorder."""
         a = self._arguments
         if self._recorder is not recorder:
             self._meet(recorder, watch)
@@ -97,6 +101,6 @@ class Driver:
         a.failed = a.looks = a.poles = a.dips = 0
         a.flag, a.seen = flag, self._dips.seen
         last: int = self._call(C.byref(a))
-        self._dips.seen = a.seen
+        self._dips.seen, self._dips.farthest = a.seen, a.farthest
         recorder.next, recorder.count, watch.bound = a.next, a.count, a.bound
         return last, a

@@ -20,16 +20,19 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
-from planarc.ir.march import REACH
+from planarc.ir.march import POINTS, REACH
 from planarc.solve.recorder import Recorder
-from planarc.solve.solvers.dips import Dips
+from planarc.solve.solvers.dips import Dips, Suspicion
 from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.watch import Watch
 from planarc.solve.solvers.zeros import Zeros
 
 if TYPE_CHECKING:
+    from planarc.solve.solvers.looks import Looks
     from planarc.solve.solvers.waves import Waves
 
+#: Roots that differ by less than this part of their time are one.
+SAME = 1e-12
 #: States from which derivatives of the right-hand side are cheaper than its differences.
 FEWEST_DERIVED = 8
 
@@ -103,6 +106,7 @@ class Settings(Data):
     waves: bool = False  # zero functions may switch any number of times within a step
     angles: tuple[int, ...] = ()  # slots of those that close loops
     touches: bool = False  # whether something must rest to the last digits
+    turning: tuple[int, ...] = ()  # slots of angles of which sines are asked, where relations are
 
 
 class Integrator(ABC):
@@ -126,7 +130,8 @@ class Integrator(ABC):
         self.poles = Poles(kernel, states, self.adapts)
         self._angles_before: list[float] = []  # the angles of loops where the present step began
         self._relations = Zeros(kernel)
-        self._dips, self._crossing = Dips(self._relations, settings.relations), tuple[int, ...]()
+        self._dips = Dips(self._relations, settings.relations, settings.turning)
+        self._crossing: tuple[int, ...] = ()
 
     @property
     @abstractmethod
@@ -195,9 +200,11 @@ class Integrator(ABC):
             march = self.step(limit)
             if march.outcome is Outcome.FAILED:
                 return replace(march, steps=done - 1)
-            zeros = self._zeros() if switches and march.outcome is not Outcome.ROOT else ()
-            if zeros and self._dips.note(self.t, zeros):
-                march = self._dip() or march
+            is_root = march.outcome is Outcome.ROOT
+            zeros = self._zeros() if switches and not is_root else ()
+            suspicion = self._dips.note(self.t, zeros) if zeros else Suspicion.NONE
+            if suspicion or (is_root and (suspicion := self._dips.turn())):
+                march = self._dip(suspicion, is_root) or march
             if self._settings.waves:
                 march = self._switch(begin) or march
             if past is not None and not past.take(self, begin):
@@ -242,18 +249,29 @@ class Integrator(ABC):
     def _go_back(self, t: float, y: Sequence[float]) -> None:
         """Be at a place within the last step; `restart` follows."""
 
-    def _begin_dips(self, directions: Sequence[int]) -> None:
-        self._dips.seen, self._crossing = 0, tuple(directions)
+    def _begin_dips(self, t: float, y: Sequence[float], directions: Sequence[int]) -> None:
+        self._dips.begin(t, y)
+        self._crossing = tuple(directions)
 
     def _before_pole(self) -> March:
         """Back at the point before the step that went across a pole."""
         self._go_back(*self.poles.point)
         return March(Outcome.FAILED, cause=Cause.POLE)
 
-    def _dip(self) -> March | None:
-        """Go back to the first crossing within the last step, if there is one."""
-        found = self._dips.search(self.interpolate, self._crossing)
-        if found is None:
+    def _dip(self, suspicion: Suspicion, is_root: bool) -> March | None:
+        """Go back to the first crossing within the last step, if there is one before its end, which
+        may be a root itself."""
+        dips = self._dips
+        if suspicion is Suspicion.ROUGH:
+            *_, before, last = ((t, g) for t, *g in dips.points[:POINTS].tolist())
+            begin, end = before, last
+            if is_root:
+                begin, end = last, self._looks.point(self.interpolate, self.t)
+            told = begin, end, dips.farthest, dips.points[POINTS, 1:]
+            found = self._looks.search(self.interpolate, *told, self._crossing)
+        else:
+            found = dips.search(self.interpolate, self._crossing)
+        if found is None or (is_root and found[0] >= self.t - SAME * abs(self.t)):
             return None
         t, directions = found
         self._go_back(t, list(self.interpolate(t)))
@@ -266,6 +284,12 @@ class Integrator(ABC):
             return None
         self._go_back(found[0], list(self.interpolate(found[0])))
         return March(Outcome.ROOT, tuple(found[1]))
+
+    @cached_property
+    def _looks(self) -> Looks:
+        from planarc.solve.solvers.looks import Looks
+
+        return Looks(self._relations, self._settings.relations)
 
     @cached_property
     def _waves(self) -> Waves:

@@ -60,7 +60,7 @@ class SteppingIntegrator(Integrator):
     ) -> None:
         self._t, self._y = t, [float(v) for v in y]
         self._directions = directions
-        self._begin_dips(directions)
+        self._begin_dips(t, self._y, directions)
         self._g = [0.0] * self._settings.relations
         if self._g:
             self._relations.roots(t, self._y, self._g)

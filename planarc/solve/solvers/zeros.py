@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
+from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
+
+if TYPE_CHECKING:
+    from planarc.core.arrays import Array, Vector
 
 
 class Zeros:
@@ -21,3 +25,12 @@ class Zeros:
         for i, shift in enumerate(self.shifts):
             g[i] += shift
         return flag
+
+    def values(self, slots: Array) -> Vector:
+        """What the workspace holds of the point evaluated last."""
+        import numpy as np
+
+        w = self._kernel.w
+        if isinstance(w, np.ndarray):
+            return w.take(slots)
+        return np.array([w[slot] for slot in slots.tolist()], dtype=float)
