@@ -34,11 +34,12 @@ from planarc.lower.assignment import store, zero_of
 from planarc.lower.bounds import bounds
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
 from planarc.lower.unset import Unset, join
-from planarc.lower.values import Value, expr, fixed_dims
+from planarc.lower.values import Value, expr, fixed_dims, known_of
 from planarc.runtime.tensor import elements, shape_of
 
 MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
 MAX_WAYS = 1_000  # ways through one call
+MAX_STILL = 50  # turns of a loop that each may be the last, after which the same is known
 MAX_ENTRIES = 1_000_000  # of one array
 
 
@@ -58,6 +59,9 @@ class _For(Data):
 
 class _While(Data):
     statement: flat.WhileStatement
+    ways: int  # of the call before this turn
+    known: tuple[object, ...] = ()  # of the variables that it assigns, before this turn
+    still: int = 0  # the turns since `known` changed
 
 
 Frame = _Body | _For | _While
@@ -111,10 +115,7 @@ class Runner(Struct):
         the one that it leaves, if any."""
         self.ways[0] += 1
         if self.ways[0] > MAX_WAYS and loop is not None:
-            what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
-            bound = "bound its turns by a counter, as `and n < 20`, or let the condition depend on "
-            bound += "values that are known at compile time"
-            raise self.refused(what, loop.span, _never_ends(loop) or bound)
+            raise self._endless(loop)
         if self.ways[0] > MAX_WAYS:
             raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
         other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
@@ -328,11 +329,12 @@ class Runner(Struct):
             self.values[loop.statement.iterator] = loop.hidden
 
     def loop_while(self, s: flat.WhileStatement) -> None:
-        self.frames.append(_While(s))
+        self.frames.append(_While(s, self.ways[0]))
 
     def _next_while(self, loop: _While) -> None:
         s = loop.statement
         self._count_turn(s)
+        loop = self._watched(loop)
         condition = expr(self.value(s.condition))
         if not condition.is_const:
             self._split(self.scope.table.not_(condition), s)  # the way that leaves the loop
@@ -345,6 +347,27 @@ class Runner(Struct):
             raise self.refused("a loop without end", s.span, hint)
         if not condition.is_const or condition.data:
             self.frames += [loop, _Body(s.body)]
+
+    def _watched(self, loop: _While) -> _While:
+        """The loop before its next turn, refused where turn after turn leaves known what was known.
+
+        Such turns, as those of a search for a root, would go on to `MAX_WAYS`, ever longer.
+        """
+        if self.ways[0] == loop.ways:  # nothing was left open
+            return loop
+        values = (self.values.get(n) for n in assigned_in(loop.statement.body))
+        known = tuple([known_of(v) for v in values if v is not None])
+        still = loop.still + 1 if known == loop.known else 0
+        if still > MAX_STILL:
+            raise self._endless(loop.statement)
+        return _While(loop.statement, self.ways[0], known, still)
+
+    def _endless(self, loop: flat.WhileStatement) -> UnknownCourse:
+        what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
+        bound = "bound its turns by a counter, as `and n < 20`, or let the condition depend on "
+        bound += "values that are known at compile time"
+        hint = None if _leaves(loop.body) else _never_ends(loop)
+        return self.refused(what, loop.span, hint or bound)
 
     def leave_loop(self, s: flat.Break) -> None:
         while self.frames:

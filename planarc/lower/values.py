@@ -57,6 +57,25 @@ def exprs(value: Value) -> tuple[Expr, ...]:
     return tuple(expr(v) for v in elements(value))
 
 
+def known_of(value: Value) -> object:
+    """What is known of a value: its numbers, and those that stand foremost in what is not known.
+
+    Example: of {3, x, 2*x + 1} the numbers {3, (), (1)}.
+    """
+    match value:
+        case Expr():
+            return value.data if value.is_const else tuple([known_of(a) for a in _numbers(value)])
+        case Tensor():
+            return value.shape, tuple(map(known_of, value.items))
+        case RecordValue():
+            return tuple([known_of(v) for _, v in value.fields])
+    return value
+
+
+def _numbers(e: Expr) -> list[Expr]:
+    return [a for a in e.args if a.is_const]
+
+
 def scalar_names(name: str, dims: Sequence[int]) -> tuple[str, ...]:
     """`r` of dimensions (2,) is `r[1]`, `r[2]`."""
     if not dims:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import planarc
-from planarc.lower.statements import MAX_WAYS, Runner
+from planarc.lower.statements import MAX_STILL, MAX_WAYS, Runner
 
 PARTIAL = """
   function partial_sum "The first n entries"
@@ -151,6 +151,15 @@ def test_a_course_that_is_not_known_is_looked_for_once(
 initial equation
   (a, b, c) = halved(p);
 end M;"""
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # a remembered model looks for nothing
+    ways = counted_ways(monkeypatch)
+    result = planarc.load(text).simulate(1)
+    assert [result[name][0] for name in "abc"] == [40 / 64, 6, 64]
+    assert len(ways) == MAX_WAYS
+
+
+def counted_ways(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The ways of each call so far, one a way."""
     ways: list[int] = []
     plain = Runner._split
 
@@ -159,7 +168,62 @@ end M;"""
         return plain(self, *args)
 
     monkeypatch.setattr(Runner, "_split", counted)
-    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))  # a remembered model looks for nothing
-    result = planarc.load(text).simulate(1)
-    assert [result[name][0] for name in "abc"] == [40 / 64, 6, 64]
-    assert len(ways) == MAX_WAYS
+    return ways
+
+
+ROOT = """
+  function root "Of x^3 = c, by halving"
+    input Real c;
+    output Real x;
+  protected
+    Real low = 0, high = 8;
+    Boolean found = false;
+  algorithm
+    while CONDITION loop
+      x := (low + high)/2;
+      if high - low < 1e-9 then
+        ENOUGH
+      elseif x^3 < c then
+        low := x;
+      else
+        high := x;
+      end if;
+    end while;
+  end root;
+"""
+
+
+@pytest.mark.parametrize(
+    ("condition", "enough"), [("not found", "found := true;"), ("true", "break;")]
+)
+def test_a_search_in_which_nothing_known_changes_is_given_up_soon(
+    condition: str, enough: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path))
+    ways = counted_ways(monkeypatch)
+    body = ROOT.replace("CONDITION", condition).replace("ENOUGH", enough)
+    assert run(f"{body}\nparameter Real c = 27; Real x = root(c);")["x"][0] == pytest.approx(3)
+    assert len(ways) < 3 * MAX_STILL < MAX_WAYS
+    with pytest.raises(planarc.PlanarcError, match=f"`while {condition}`, of which nothing says"):
+        run(f"{body}\nReal x = root(time);")
+
+
+def test_a_loop_that_counts_from_what_is_not_known_goes_on_as_far_as_it_must() -> None:
+    result = run(
+        f"""
+  function next "The first of {MAX_STILL + 20} numbers from n on that is not below x"
+    input Real n;
+    input Real x;
+    output Real y = n;
+  algorithm
+    while y - n < {MAX_STILL + 20} loop
+      if y >= x then
+        break;
+      end if;
+      y := y + 1;
+    end while;
+  end next;
+  Real y = next(10*time, 30), z = next(10*time, 100);"""
+    )
+    assert result["y"] == pytest.approx([30] * 11)
+    assert result["z"] == pytest.approx([min(100, 10 * t + MAX_STILL + 20) for t in result.time])
