@@ -141,6 +141,27 @@ def assigned_in(statements: Iterable[flat.Statement], whens: bool = True) -> lis
     return list(dict.fromkeys(v.name for s in inside(statements, whens) for v in set_by(s)))
 
 
+def with_sources(names: Iterable[str], statements: Iterable[flat.Statement]) -> set[str]:
+    """Variables with those that they are assigned from, and these from others."""
+    found, grown = set(names), True
+    sources = list(_assigned_from(statements))
+    while grown:
+        before = len(found)
+        for target, read in sources:
+            if target in found:
+                found |= read
+        grown = len(found) > before
+    return found
+
+
+def _assigned_from(statements: Iterable[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
+    """Each variable that is assigned, with those in its new value."""
+    for statement in inside(statements):
+        if isinstance(statement, flat.Assignment | flat.TupleAssignment):
+            for variable in set_by(statement):
+                yield variable.name, names_in((statement.value,))
+
+
 def variables_of_target(target: flat.Expression) -> Iterator[flat.Reference]:
     """The variables that an assignment sets, in their order."""
     stack = [target]

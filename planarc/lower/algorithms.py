@@ -8,11 +8,14 @@ A variable that is read before it is assigned starts from its start value, or fr
 `when not lit and time > 1 then lit := true; end when;` asks for the value before the
 event. A when-statement acts at its event; outside of it the variables that it assigns
 keep their values. Several whens that assign one variable act one after the other.
+
+How often a `while` turns may hang on parameters, which become structural where it would else be
+refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 
 from msgspec import field
 from msgspec.structs import replace
@@ -21,11 +24,11 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
-from planarc.ir.flatwalk import assigned_in
+from planarc.ir.flatwalk import assigned_in, inside, names_in, with_sources
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scalar import assertion, message
-from planarc.lower.scope import Model, Scope
+from planarc.lower.scope import Model, Scope, UnknownCourse
 from planarc.lower.statements import Runner
 from planarc.lower.texts import held, number, number_held
 from planarc.lower.values import Text, Value, expr
@@ -47,7 +50,7 @@ def lower_algorithm(
     for s in algorithm.statements:
         ended = [name for name, at in last.items() if at is s and name not in plain]
         runner.final = frozenset(ended if isinstance(s, flat.WhenStatement) else ())
-        runner.run_body([s])
+        _run(runner, [s])
         for name in ended:  # from here on it is as the event leaves it
             runner.values.pop(name, None)
     for symbol, value in _results(runner, plain):
@@ -64,10 +67,70 @@ def lower_initial_algorithm(
     for name in names:
         runner.values[name] = _before(model, name, starts, algorithm.span)
     count = len(model.assertions)
-    runner.run_body(algorithm.statements)
+    _run(runner, algorithm.statements)
     model.forget_bounds(count)  # the values at the start are not those that rows hold
     for symbol, value in _results(runner, names):
         yield dae.Equation(symbol, value, algorithm.span, algorithm.component)
+
+
+def _run(runner: Runner, statements: Sequence[flat.Statement]) -> None:
+    """Run statements, with the present values of parameters where their course hangs on those."""
+    deciding = _deciding(statements)
+    if not deciding:
+        runner.run_body(statements)
+        return
+    try:
+        _attempt(runner, statements, {})
+    except UnknownCourse:
+        known = _known(runner, deciding)
+        if not known:
+            raise
+        _attempt(runner, statements, known)
+
+
+def _attempt(
+    runner: Runner, statements: Sequence[flat.Statement], known: Mapping[str, Value]
+) -> None:
+    """Run statements with what is known beforehand; where they fail nothing has happened."""
+    trial = replace(runner, values={**runner.values, **known}, ways=[1], turns=[0])
+    with runner.scope.model.undone_on_error(relations=True):
+        trial.run_body(statements)
+    values = trial.values.items()
+    runner.values = {n: v for n, v in values if n in runner.values or n not in known}
+    runner.unset = trial.unset
+
+
+def _deciding(statements: Sequence[flat.Statement]) -> list[str]:
+    """The variables on which the turns of a `while` hang; none where there is no such loop."""
+    found = list(inside(statements))
+    loops = [s for s in found if isinstance(s, flat.WhileStatement)]
+    choices = [s for s in found if isinstance(s, flat.IfStatement)] if loops else []
+    names, before = names_in(s.condition for s in loops), -1
+    while len(names) > before:
+        before = len(names)
+        names = with_sources(names, statements)
+        for s in choices:
+            if _decides(s, names):
+                names |= names_in(test for test, _ in s.branches)
+    return sorted(names)
+
+
+def _decides(s: flat.IfStatement, names: Set[str]) -> bool:
+    """True when some of the variables, or whether a loop ends, hang on a choice."""
+    ends = any(isinstance(each, flat.Break) for each in inside([s]))
+    return ends or not names.isdisjoint(assigned_in([s]))
+
+
+def _known(runner: Runner, names: Sequence[str]) -> dict[str, Value]:
+    """The numbers of variables that parameters alone give, which become structural."""
+    model = runner.scope.model
+    given = {**model.values, **runner.values}
+    numbers = {n: given[n] for n in names if _is_of_numbers(given.get(n))}
+    return {n: known for n, v in numbers.items() if (known := each(model.decided, v)) != v}
+
+
+def _is_of_numbers(value: Value | None) -> bool:
+    return all(isinstance(e, Expr) for e in elements(value))
 
 
 def _results(runner: Runner, names: Sequence[str]) -> Iterator[tuple[Expr, Expr]]:
@@ -126,7 +189,7 @@ class _Section(Runner):
                 case flat.Assert():
                     yield assertion(inner.here(), s)
                 case _:
-                    inner.run_body([s])
+                    _run(inner, [s])
         yield from inner.asserted
         self.left.append({name: inner.values[name] for name in plain})
         for symbol, value in _results(inner, [name for name in plain if name not in self.plain]):

@@ -32,7 +32,7 @@ from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
 from planarc.ir.expr import Expr, Substitution
-from planarc.ir.flatwalk import expressions_of_function, inside, names_in, nodes_of, set_by
+from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, with_sources
 from planarc.lower import scalar
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
@@ -255,15 +255,7 @@ def places(function: flat.Function) -> list[int]:
     One is an Integer that stands in a subscript, or in what a variable is assigned that stands
     in one; the function can be run once for each entry that it may mean.
     """
-    names = _subscripts(function)
-    sources = list(_assigned_from(function.body))
-    grown = True
-    while grown:
-        before = len(names)
-        for target, read in sources:
-            if target in names:
-                names |= read
-        grown = len(names) > before
+    names = with_sources(_subscripts(function), function.body)
     return [
         i
         for i, v in enumerate(function.inputs)
@@ -278,11 +270,3 @@ def _subscripts(function: flat.Function) -> set[str]:
         if isinstance(node, flat.Reference | flat.Index):
             found |= names_in(node.subscripts)
     return found
-
-
-def _assigned_from(statements: Sequence[flat.Statement]) -> Iterator[tuple[str, set[str]]]:
-    """Each variable that is assigned, with those in its new value."""
-    for statement in inside(statements):
-        if isinstance(statement, flat.Assignment):
-            for variable in set_by(statement):
-                yield variable.name, names_in((statement.value,))

@@ -111,14 +111,23 @@ class Model(Struct, dict=True):
         return taken
 
     @contextmanager
-    def undone_on_error(self) -> Iterator[None]:
-        """A block whose assertions are dropped when it fails: another way may be tried."""
-        count = len(self.assertions)
+    def undone_on_error(self, relations: bool = False) -> Iterator[None]:
+        """A block whose assertions, and on demand relations, are dropped when it fails: another way
+        may be tried."""
+        count, related = len(self.assertions), len(self.relations)
         try:
             yield
         except PlanarcError:
             self.take_assertions(count)
+            if relations:
+                self._forget_relations(related)
             raise
+
+    def _forget_relations(self, count: int) -> None:
+        """Drop those after the first `count`, whose places others take."""
+        del self.relations[count:]
+        self._relation_of = {k: i for k, i in self._relation_of.items() if i < count}
+        self.refused.clear()  # calls whose arguments hold them
 
     def forget_bounds(self, count: int) -> None:
         """Drop those of subscripts among the assertions after the first `count`."""
@@ -137,6 +146,15 @@ class Model(Struct, dict=True):
                 self.frozen.add(symbol.name)
                 known[symbol] = self.number(value)
         return Substitution(self.table, known)(e)
+
+    def decided(self, e: Expr) -> Expr:
+        """The number of an expression of parameters alone, now frozen; others as given."""
+        frozen = set(self.frozen)
+        found = self.number(e)
+        if found.is_const:
+            return found
+        self.frozen = frozen
+        return e
 
     def is_steady(self, e: Expr) -> bool:
         """True when the value cannot change between events."""

@@ -227,3 +227,78 @@ def test_a_loop_that_counts_from_what_is_not_known_goes_on_as_far_as_it_must() -
     )
     assert result["y"] == pytest.approx([30] * 11)
     assert result["z"] == pytest.approx([min(100, 10 * t + MAX_STILL + 20) for t in result.time])
+
+
+WHILE = """
+  parameter Integer n = 3;
+  parameter Real gain = 2;
+  Integer k, first, count(start=0);
+  Real d;
+algorithm
+  d := 0;
+  k := n + 1;
+  while k > 0 loop
+    d := d + gain*time;
+    if d > 4*k then
+      d := d - 1;
+    end if;
+    k := k - 1;
+  end while;
+algorithm
+  when time > 0.5 then
+    first := n;
+    count := 0;
+    while first > 1 loop
+      count := count + first;
+      first := first - 1;
+    end while;
+  end when;"""
+
+
+def by_hand(n: int, time: float) -> float:
+    d = 0.0
+    for k in range(n + 1, 0, -1):
+        d += 2 * time
+        d -= d > 4 * k
+    return d
+
+
+def test_parameters_that_say_how_often_an_algorithm_turns_become_structural() -> None:
+    model = planarc.load(f"model M\n{WHILE}\nend M;", backend="numpy")
+    for n in (3, 5):
+        result = model.variant({"n": str(n)}).simulate(1, intervals=10)
+        for t in (0.3, 0.7, 0.9):
+            assert result.at("d", t) == pytest.approx(by_hand(n, t))
+        assert result["count"][-1] == n * (n + 1) / 2 - 1
+    slots = {p.name: p for p in model.program.parameter_slots}
+    assert slots["n"].structural
+    assert slots["gain"].settable
+
+
+def test_an_initial_algorithm_turns_as_often_as_a_parameter_says() -> None:
+    result = run(
+        """
+  parameter Integer n = 3;
+  parameter Real p(fixed=false);
+initial algorithm
+  p := 1;
+  while p < n loop
+    p := 2*p;
+  end while;"""
+    )
+    assert result["p"][0] == 4
+
+
+def test_a_course_is_not_taken_from_the_guess_of_a_parameter_that_is_solved_for() -> None:
+    body = """
+  parameter Real r(fixed=false, start=2);
+  Integer k;
+algorithm
+  k := integer(r + 0.5);
+  while k > 0 loop
+    k := k - 1;
+  end while;
+initial equation
+  r*r = 9;"""
+    with pytest.raises(planarc.PlanarcError, match="of which nothing says when it ends"):
+        run(body)
