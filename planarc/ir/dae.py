@@ -11,7 +11,7 @@ Reserved names, set by the solver: `$initial` (true in the first event iteration
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import Any, Protocol, TypeAlias
 
@@ -20,7 +20,7 @@ from msgspec import field
 from planarc.core.data import Data, Located
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.expr import Expr, Exprs, Op, postorder, text
+from planarc.ir.expr import CUT, Expr, Exprs, Op, brief, postorder
 from planarc.ir.flat import Connect, Experiment, Part, StateSelect
 
 INITIAL = "$initial"
@@ -122,13 +122,22 @@ class Equation(Located):
     @property
     def shown(self) -> str:
         """The equation as messages show it."""
-        if self.span is not NOWHERE and any(
-            e.op is Op.EVENT for e in postorder((self.left, self.right))
-        ):
-            written = " ".join(self.span.text.split())  # here relations have names of their own
-            if "=" in written and len(written) < _SHORT:
-                return f"`{written}`"
-        return f"`{text(self.left)} = {text(self.right)}`"
+        written = as_written(self.span)
+        if written and any(e.op is Op.EVENT for e in postorder((self.left, self.right))):
+            return f"`{written}`"  # there relations have names of their own
+        return f"`{equation_text(self.left, self.right, self.span)}`"
+
+
+def equation_text(left: Expr, right: Expr, span: Span, relations: Sequence[str] = ()) -> str:
+    """An equation for a message: scalar by scalar, or as it is written where that is too long."""
+    sides = brief(left, relations), brief(right, relations)
+    return (any(CUT in side for side in sides) and as_written(span)) or " = ".join(sides)
+
+
+def as_written(span: Span) -> str:
+    """A short equation as it stands in the text, on one line; nothing where it is none."""
+    written = " ".join(span.text.split()) if span is not NOWHERE else ""
+    return written if "=" in written and len(written) < _SHORT else ""
 
 
 class Relation(Located):

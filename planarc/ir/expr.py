@@ -57,6 +57,10 @@ class Op(IntEnum):
 _MERGED = 256
 
 
+#: Characters of an expression in a message, and what stands for parts that are too long.
+_BRIEF, CUT = 500, "..."
+
+
 # Where it counts, operations are compared by these names: until Python 3.12 an enumeration
 # looks up its members by a function.
 _CONST, _SYMBOL, _ADD, _MUL, _NEG = Op.CONST, Op.SYMBOL, Op.ADD, Op.MUL, Op.NEG
@@ -564,8 +568,18 @@ def text(root: Expr, longest: int | None = None, relations: Sequence[str] = ()) 
             continue
         done[e] = found = _text(e, [done[a] for a in e.args])
         if longest is not None and len(found[0]) > longest and e is not root:
-            done[e] = "...", 9
+            done[e] = CUT, 9
     return done[root][0]
+
+
+def brief(root: Expr, relations: Sequence[str] = ()) -> str:
+    """The expression for a message, on a few lines at most: parts that are too long are `...`."""
+    found = ""
+    for longest in (_BRIEF, _BRIEF // 4, _BRIEF // 16):
+        found = text(root, longest, relations)
+        if len(found) <= _BRIEF:
+            return found
+    return f"{found[:_BRIEF]} {CUT}"
 
 
 def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:

@@ -22,8 +22,8 @@ from msgspec import field
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
-from planarc.ir.dae import Action, Assertion, Declared, Kind, Visual
-from planarc.ir.expr import Expr, Exprs, text
+from planarc.ir.dae import Action, Assertion, Declared, Kind, Visual, equation_text
+from planarc.ir.expr import Expr, Exprs
 from planarc.ir.figure import Figure
 from planarc.ir.flat import Experiment, Part, StateSelect
 from planarc.ir.mechanism import Mechanism
@@ -262,10 +262,6 @@ class DelayCode(Data):
     span: Span
 
 
-#: Number of characters of a part of an equation that a message shows.
-_LONGEST_PART = 1000
-
-
 class EquationInfo(Data):
     """The words of messages about an equation."""
 
@@ -279,7 +275,7 @@ class EquationInfo(Data):
         """Made when a message needs it: few of a model's equations ever fail."""
         if isinstance(self.written, str):
             return self.written
-        return " = ".join(text(side, _LONGEST_PART, self.relations) for side in self.written)
+        return equation_text(*self.written, self.span, self.relations)
 
 
 class Condition(Data):

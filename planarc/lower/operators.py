@@ -6,7 +6,7 @@ import math
 
 from planarc.core.diagnostic import error
 from planarc.core.source import Span
-from planarc.ir.expr import Expr, Exprs
+from planarc.ir.expr import Expr, Exprs, brief
 from planarc.lower import texts
 from planarc.lower.scope import Scope
 from planarc.lower.values import Text, Value, expr
@@ -77,7 +77,7 @@ def _matrix_power(t: Exprs, a: Value, b: Value, span: Span) -> Value:
 def _written(span: Span, plain: Expr) -> str:
     """A relation as the user wrote it; the span of `(a + b) > c` begins behind the parenthesis."""
     text = span.text
-    return text if text and text.count("(") == text.count(")") else repr(plain)
+    return text if text and text.count("(") == text.count(")") else brief(plain)
 
 
 def relation(scope: Scope, op: str, a: Expr, b: Expr, span: Span) -> Expr:

@@ -22,7 +22,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, HeldAgainst, PlanarcError, Related
 from planarc.core.source import Span
 from planarc.ir.dae import Dae, Variable
-from planarc.ir.expr import Expr, Exprs, symbol_text, text
+from planarc.ir.expr import Expr, Exprs, brief, symbol_text
 from planarc.ir.flat import StateSelect
 from planarc.structure.alias import Elimination
 from planarc.structure.numbers import ParameterNumbers
@@ -167,8 +167,8 @@ def _check_fixed(
             hint = "remove `fixed=true` from one of them"
             if two.start_written > one.start_written:
                 part, _, name = one.name.rpartition(".")
-                hint = f"write `{part}({name}(start={text(wanted)}))`, or remove `fixed=true` from "
-                hint += f"`{two.name}`"
+                hint = f"write `{part}({name}(start={brief(wanted)}))`, "
+                hint += f"or remove `fixed=true` from `{two.name}`"
             sign = "-" if first.sign != other.sign else ""
             place = Related(f"`{one.name}` is held here", owner_span(dae, one.name))
             yield Diagnostic(
@@ -190,11 +190,11 @@ def _check_constant(
         yield HeldAgainst(
             "S305",
             f"`{variable.name}` is held at {_held(variable)}, but the equations make it "
-            f"{text(value)}",
+            f"{brief(value)}",
             owner_span(dae, variable.name),
             hint="remove `fixed=true`, or give it the value that the equations say",
         )
 
 
 def _held(variable: Variable) -> str:
-    return f"start = {text(variable.start)}" if variable.start is not None else "start = 0"
+    return f"start = {brief(variable.start)}" if variable.start is not None else "start = 0"

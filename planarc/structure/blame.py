@@ -19,7 +19,7 @@ from planarc.core.prose import be, both, counted, listed, shortened
 from planarc.core.source import Span
 from planarc.ir import places
 from planarc.ir.dae import Dae, Equation, Kind, SetDiscrete, Variable
-from planarc.ir.expr import Expr, Op, below, postorder, text
+from planarc.ir.expr import Expr, Op, below, brief, postorder
 from planarc.structure.places import owner_span
 from planarc.structure.slopes import likely_slope
 from planarc.structure.unmatched import Misfit, is_own
@@ -114,7 +114,7 @@ def _as_parameters(dae: Dae, rivals: Sequence[Equation]) -> list[str] | None:
             for e in postorder((equation.right,))
         ):
             return None
-        value = f"{name}={text(equation.right)}"
+        value = f"{name}={brief(equation.right)}"
         for part in reversed(owner.split(".")):
             value = f"{part}({value})"
         found.append(value)
@@ -249,7 +249,7 @@ def _given_what_moves(dae: Dae, rivals: Iterable[Equation]) -> Diagnostic | None
                 continue
             hint = f"write a `when` that sets it, or declare `{side.name}` without `discrete`"
             if variable.kind is Kind.INTEGER:
-                hint = f"write `{side.name} = integer({text(other)})`, which rounds down, or "
+                hint = f"write `{side.name} = integer({brief(other)})`, which rounds down, or "
                 hint += "declare it Real"
             return Diagnostic(
                 "S302",
@@ -293,7 +293,7 @@ def _held_though_it_moves(dae: Dae, misfit: Misfit) -> Diagnostic | None:
             continue
         for other in misfit.over:
             if _moves(left.name, (other,)):
-                value, name = text(right), left.name.removeprefix(f"{equation.component}.")
+                value, name = brief(right), left.name.removeprefix(f"{equation.component}.")
                 return Diagnostic(
                     "S302",
                     f"{equation.shown} holds `{left.name}` for all times, but it moves by "
@@ -317,7 +317,7 @@ def _given_parameters(dae: Dae, too_many: Sequence[Equation]) -> Diagnostic | No
     shown, count = listed(e.shown for e in too_many[:_SHOWN]), len(too_many)
     first, *others = too_many
     owner, _, name = first.left.name.rpartition(".")
-    value = f"{name} = {text(first.right)}"
+    value = f"{name} = {brief(first.right)}"
     written = f"`{owner}({value})`" if owner else f"`{value}`"
     what, rest = ("parameters", "equations") if others else ("a parameter", "equation")
     hint = f"give {'each its' if others else 'it its'} value where it is declared, {written}, "
@@ -369,7 +369,7 @@ def _how_to_move(dae: Dae, equation: Equation, alone: bool) -> str | None:
                 return f"remove it: `{givers[0]}` drives `{owner}`, which decides `{side.name}`"
             driven = f"`{owner}(drivenFlange=true)` takes a motion or a torque on its flange"
             if value.op is Op.CONST and not side.order and _moves(side.name, dae.equations):
-                start = f"`{owner}({name}(start={text(value)}, fixed=true))`"
+                start = f"`{owner}({name}(start={brief(value)}, fixed=true))`"
                 return f"to begin there, write {start}; to drive the joint, {driven}"
             moving = any(
                 e.is_symbol and e.name.startswith(f"{owner}.") for e in postorder((value,))

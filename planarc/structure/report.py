@@ -20,7 +20,7 @@ from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, listed, shortened
 from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Dae, Equation
-from planarc.ir.expr import Op, postorder, text
+from planarc.ir.expr import Op, brief, postorder
 from planarc.ir.flat import Part
 from planarc.ir.places import is_own, own_names, own_part, owner, point_home
 from planarc.structure.alias import Elimination, Live
@@ -95,7 +95,7 @@ def _explain_empty(dae: Dae, elimination: Elimination, rows: Rows) -> Structural
         equation = dae.equations[entry.index]
         own = equation.generated or is_own(dae, equation.span)
         part = None if own else own_part(dae, equation.component)
-        left_over = f"`{text(entry.left)} = {text(entry.right)}`"
+        left_over = f"`{brief(entry.left)} = {brief(entry.right)}`"
         nothing = f"{equation.shown} determines nothing: with the other equations it comes to "
         if part is None:
             found = _determines_nothing(equation, f"{nothing}{left_over}{_inside(equation)}")
@@ -159,13 +159,13 @@ def _between_parts(dae: Dae, entry: Live, equation: Equation) -> Diagnostic | No
     if len(parts) < 2 or not equation.component:
         return None
     values = (parameters[n] for n in dict.fromkeys(names))
-    shown = listed(f"`{p.name}` = {text(p.value)}" for p in values if p.value.op is Op.CONST)
+    shown = listed(f"`{p.name}` = {brief(p.value)}" for p in values if p.value.op is Op.CONST)
     last = own_part(dae, equation.component)
     said = f"{equation.shown} determines nothing (in `{equation.component}`)"
     return Diagnostic(
         "S301",
         f"{both(parts)} decide the same: together they ask that "
-        f"`{text(entry.left)} = {text(entry.right)}`{f', with {shown}' if shown else ''}",
+        f"`{brief(entry.left)} = {brief(entry.right)}`{f', with {shown}' if shown else ''}",
         last.span if last else _span(equation),
         hint="leave one of them out, or put between them what gives way, such as a resistance",
         related=(Related(said, _span(equation)),),

@@ -20,7 +20,7 @@ from planarc.core.prose import either, shortened
 from planarc.core.source import Span
 from planarc.ir.actions import expressions_of, rewrite_action
 from planarc.ir.dae import Action, Dae, Reinit, When
-from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols, text
+from planarc.ir.expr import Expr, Op, Substitution, brief, postorder, symbols
 
 #: Names of states that a hint shows.
 _SHOWN = 4
@@ -102,7 +102,7 @@ def _action(action: Action, dae: Dae, substitute: Substitution) -> Action:
             raise PlanarcError(
                 Diagnostic(
                     "S312",
-                    f"`reinit` of `{text(action.symbol)}`, which is constant: {text(symbol)}",
+                    f"`reinit` of `{brief(action.symbol)}`, which is constant: {brief(symbol)}",
                     action.span,
                     hint=f"reinit a state: {either(_moving(dae))}",
                 )

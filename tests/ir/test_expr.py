@@ -13,7 +13,18 @@ from hypothesis import strategies as st
 from planarc.evaluate.value import evaluate
 from planarc.ir import store
 from planarc.ir.calculus import Partials, partial, time_derivative
-from planarc.ir.expr import Expr, Exprs, Op, Substitution, below, postorder, symbols
+from planarc.ir.expr import (
+    CUT,
+    Expr,
+    Exprs,
+    Op,
+    Substitution,
+    below,
+    brief,
+    postorder,
+    symbols,
+    text,
+)
 
 Recipe = tuple[Any, ...]  # how to build one expression, in any table
 
@@ -252,3 +263,17 @@ def test_deep_chains_need_no_recursion() -> None:
 def test_text(text: str, make: Any) -> None:
     t = Exprs()
     assert repr(make(t, *map(t.symbol, "abcd"))) == text
+
+
+def test_a_message_shows_a_few_lines_of_an_expression() -> None:
+    table = Exprs()
+    x, y = table.symbol("x"), table.symbol("y")
+    assert brief(table.sub(x, y)) == text(table.sub(x, y)) == "x - y"
+    deep = x
+    for _ in range(40):  # whose text doubles each time
+        deep = table.div(table.add(deep, y), table.call("sin", deep))
+    wide = table.add(*(table.call("sin", table.mul(table.const(k), x)) for k in range(2, 1000)))
+    for long in (deep, wide):
+        assert CUT in brief(long)
+        assert len(brief(long)) < 600
+    assert brief(wide).startswith("sin(2*x) + sin(3*x) + ")

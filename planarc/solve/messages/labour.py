@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Laborious, Severity
-from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.expr import Expr, Op, brief, postorder
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import EquationInfo, Let, Program, Solve
 from planarc.solve import effort
@@ -166,7 +166,7 @@ def _jumps(program: Program) -> Iterator[Jump]:
 
 def _told(e: Expr, info: EquationInfo) -> str:
     """The expression as it is written; where other names stand in its place, its kind."""
-    if (found := text(e)) in info.text:
+    if (found := brief(e)) in info.text:
         return f"`{found}`"
     return f"`{e.data}`" if e.op is Op.CALL else "a relation without event"
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
-from planarc.ir.expr import Expr, Op, postorder, text
+from planarc.ir.expr import Expr, Op, brief, postorder
 from planarc.ir.once import once
 from planarc.ir.places import is_own
 from planarc.ir.program import EquationInfo, Program
@@ -56,7 +56,7 @@ def stepped_over(
             at = float(np.interp(0.0, *_rising(below[k : k + 2], time[k : k + 2])))
             yield Diagnostic(
                 "R421",
-                f"`{d.info.text}` divides by `{text(d.below)}`, which goes through zero at "
+                f"`{d.info.text}` divides by `{brief(d.below)}`, which goes through zero at "
                 f"t = {at:.6g} s: near to it the value has no bounds",
                 d.info.span,
                 Severity.WARNING,
