@@ -196,11 +196,22 @@ def _open_array(
             return None
         items.append(item)
         _bound(math.prod(d or 0 for d in item.type.dims) * len(values), node.span)
-    return array(items, _common_type(items), node.span)
+    type_ = _common_type(items) if items else _type_of_none(node, iterators, env)
+    return array(items, type_, node.span)
 
 
 def _common_type(items: list[flat.Expression]) -> flat.Type:
-    return common_type(items[0].type, items[1:], _unlike) if items else flat.REAL
+    return common_type(items[0].type, items[1:], _unlike)
+
+
+def _type_of_none(
+    node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
+) -> flat.Type:
+    """The type of the entries of an array that has none; sizes that hang on them are zero."""
+    type_ = _type_of_body(node, iterators, env) or flat.REAL
+    inner = (iteration_values(i, env, (node.body,)) for i in iterators[1:])
+    sizes = (len(values or ()) for values in inner)
+    return type_.with_dims((*sizes, *(n or 0 for n in type_.dims)))
 
 
 def _unlike(_: flat.Type, item: flat.Expression) -> PlanarcError:
@@ -248,18 +259,21 @@ def _of_nothing(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expre
     """A sum of no Integers is the Integer 0, which stands for a Real, too. The greatest number is
     one that only a Real has."""
     number = elementary.OF_NOTHING[reduce]
-    if reduce in ("sum", "product") and _base_of_body(node, env) is not flat.Base.REAL:
+    type_ = _type_of_body(node, node.iterators, env)
+    if reduce in ("sum", "product") and (type_ is None or type_.base is not flat.Base.REAL):
         return integer(int(number), node.span)
     return flat.Literal(flat.REAL, node.span, number)
 
 
-def _base_of_body(node: syntax.Comprehension, env: Env) -> flat.Base | None:
-    """The type of what would be reduced; None where that hangs on the iterators' values."""
+def _type_of_body(
+    node: syntax.Comprehension, iterators: tuple[syntax.Iterator, ...], env: Env
+) -> flat.Type | None:
+    """The type of an entry; None where that hangs on the iterators' values."""
     with suppress(PlanarcError):
-        for iterator in node.iterators:
+        for iterator in iterators:
             type_ = iteration_range(iterator, env, (node.body,)).type.element()
             env = env.with_local(iterator.name, flat.Reference(type_, iterator.span, iterator.name))
-        return env.typed(node.body).type.base
+        return env.typed(node.body).type
     return None
 
 

@@ -64,3 +64,42 @@ def test_a_sum_of_no_reals_is_a_real() -> None:
     body = "Real v[0]; Integer k=sum(v[i] for i in 1:0);"
     with pytest.raises(planarc.PlanarcError, match="must be of type Integer, but is Real"):
         planarc.load(f"model M\n  {body}\nend M;\n")
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        "parameter Integer a[:]={i for i in 1:0}",
+        "parameter Integer a[:]={m[i] for i in 1:0}",
+        "parameter Boolean a[:]={i > 2 for i in 1:0}",
+        'parameter String a[:]={"a" for i in 1:0}',
+        "type E=enumeration(p, q); parameter E a[:]={E.p for i in 1:0}",
+        "record R Integer n; end R; R a[:]={R(i) for i in 1:0}",
+        "function f input Integer n; output Integer k; protected Integer v[:]={i*i for i in 1:n}; "
+        "algorithm k := sum(v); end f; constant Integer a[f(0)]={m[i] for i in 1:f(0)}",
+    ],
+)
+def test_an_array_of_no_entries_has_the_type_that_these_would_have(declared: str) -> None:
+    body = f"parameter Integer m[0]; {declared}; Real x=size(a, 1) + time;"
+    assert planarc.load(f"model M\n  {body}\nend M;\n").simulate(1.0)["x"][-1] == 1
+
+
+@pytest.mark.parametrize(
+    ("entries", "sizes"),
+    [
+        ("{{i, 2} for i in 1:0}", [0, 2]),
+        ("{i + j for i in 1:0, j in 1:3}", [3, 0]),
+        ("{i + j for i in 1:3, j in 1:0}", [0, 3]),
+        ("{fill(i, 2, 3) for i in 1:0}", [0, 2, 3]),
+    ],
+)
+def test_an_array_of_no_entries_has_their_sizes(entries: str, sizes: list[int]) -> None:
+    body = f"Integer a[{', '.join(':' for _ in sizes)}]={entries}; Integer n[:]=size(a);"
+    result = planarc.load(f"model M\n  {body}\nend M;\n").simulate(1.0)
+    assert [result[f"n[{k + 1}]"][-1] for k in range(len(sizes))] == sizes
+
+
+def test_entries_that_are_not_there_must_fit() -> None:
+    body = "parameter Integer a[:]={0.5*i for i in 1:0};"
+    with pytest.raises(planarc.PlanarcError, match=r"of type Integer\[:\], but is Real\[0\]"):
+        planarc.load(f"model M\n  {body}\nend M;\n")
