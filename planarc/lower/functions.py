@@ -64,7 +64,7 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
             bound[v.name] if v.name in bound else _next_or_default(scope, given, v)
             for v in function.inputs
         ]
-        return inline(_deeper(scope), passed.function, arguments, span)
+        scope, name = _deeper(scope), passed.function  # which may be called as the argument is
     function = scope.model.functions[name]
     call = _Call(function, arguments, span)
     if function.external is not None and function.external in elementary.TABLE:

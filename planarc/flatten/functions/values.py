@@ -8,19 +8,21 @@ Reference: Modelica Language Specification 3.6, section 12.4.2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Once, PlanarcError, error, said
 from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
-from planarc.core.prose import counted, ticked
+from planarc.core.prose import both, counted, ticked
 from planarc.core.source import Span
 from planarc.flatten.functions import constructors
 from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
 from planarc.flatten.tree.demand import function_of
-from planarc.flatten.tree.nodes import Class, Env, Family, Instance, Leaf, Signature
+from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf, Signature
 from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
 
@@ -176,7 +178,7 @@ def _bound_further(
         variable = input_of(by_name, argument.name, node.function, argument.span)
         bound[argument.name] = type_argument(argument.value, variable, env)
     name = str(node.function)
-    _bind_defaults(signature, name, formal, bound, node.span, env)
+    _bind_defaults(FunctionInfo(name, signature, {}), formal, bound, node.span, env)
     type_ = flat.Type(flat.Base.FUNCTION, name=own)
     return flat.PartialCall(type_, node.span, name, tuple(bound.items()), tuple(by_name))
 
@@ -192,12 +194,10 @@ def _partial_call(
     info = function_of(function_class(ref, env), span)
     by_name = {v.name: v for v in info.signature.inputs}
     bound: flat.Named = {}
-    for name, binding in info.bound.items():
-        bound[name] = Env(binding.scope, {}, env.function).typed(binding.expression)
     for argument in named:
         variable = input_of(by_name, argument.name, ref, argument.span)
         bound[argument.name] = type_argument(argument.value, variable, env)
-    _bind_defaults(info.signature, info.name, formal, bound, span, env)
+    _bind_defaults(info, formal, bound, span, env)
     for leaf in info.signature.captures.values():
         bound[leaf.name] = references.leaf_value(leaf, span, env)
     type_ = flat.Type(flat.Base.FUNCTION, name=info.signature.name)
@@ -205,22 +205,44 @@ def _partial_call(
 
 
 def _bind_defaults(
-    signature: Signature, name: str, formal: flat.Type, bound: flat.Named, span: Span, env: Env
+    info: FunctionInfo, formal: flat.Type, bound: flat.Named, span: Span, env: Env
 ) -> None:
     """Inputs that the formal input does not have get their defaults (12.4.2)."""
-    wanted = env.session.formals[formal.name]
-    rest = [v for v in signature.inputs if v.name not in bound]
+    name, wanted = info.name, env.session.formals[formal.name]
+    rest = [v for v in info.signature.inputs if v.name not in bound]
     for variable, other in zip(rest, wanted.inputs, strict=False):
         if not base_conforms(variable.type, other.type):
             raise mismatch(other.type, variable.type, f"the input `{variable.name}`", span)
-    if len(rest) < len(wanted.inputs):
+    count = len(wanted.inputs)
+    if len(rest) < count:
         own = f"`{name}` has {counted(len(rest), 'open input')}"
-        raise error("F292", f"{own}, but `{wanted.name}` has {len(wanted.inputs)}", span)
-    for variable in rest[len(wanted.inputs) :]:
-        value = default_of(signature, variable, bound, env)
+        raise error("F292", f"{own}, but `{wanted.name}` has {count}", span)
+    for variable in rest[count:]:
+        value = _own_default(info, variable, bound, env)
         if value is None:
-            raise error("F290", f"`{name}` needs a value for `{variable.name}`", span)
+            message = f"`{name}` needs a value for `{variable.name}`"
+            hint = _hint_to_bind(info, rest[:count], span)
+            raise error("F290", message, span, hint=hint)
         bound[variable.name] = value
+
+
+def _own_default(
+    info: FunctionInfo, variable: flat.Variable, known: flat.Named, env: Env
+) -> flat.Expression | None:
+    """The value that `function g = f(x=5)` gives an input, or its default."""
+    own = info.bound.get(variable.name)
+    if own is not None:
+        return Env(own.scope, {}, env.function).typed(own.expression)
+    return default_of(info.signature, variable, known, env)
+
+
+def _hint_to_bind(info: FunctionInfo, taken: Sequence[flat.Variable], span: Span) -> str | None:
+    """What keeps the inputs for which `function g = f(x=5)` has values from taking arguments."""
+    own = [v.name for v in taken if v.name in info.bound]
+    if not own or " " in span.text:
+        return None
+    values = (f"{name}={info.bound[name].expression.span.text}" for name in own)
+    return f"write `function {span.text}({', '.join(values)})`, which leaves {both(own)} as it is"
 
 
 def call_of_argument(node: syntax.Call, value: flat.Expression, env: Env) -> flat.Expression:
