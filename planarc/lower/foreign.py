@@ -4,9 +4,8 @@ In:   flat.Function with an external call; a Runner whose values are the inputs
 Out:  the values of its outputs
 
 A function of numbers stays a call, one APPLY node for each scalar that it gives, but for one that
-solves linear equations (`solutions`). A
-function of texts is evaluated now: texts do not change while a model runs. What acts on
-the world outside is not done, and gives zeros.
+solves linear equations (`solutions`). A function of texts is evaluated now, with the present values
+of parameters. What acts on the world outside is not done, and gives zeros.
 
 Example:  (r, state) = random(before)   with two entries in a state becomes
     state = {random[1](before[1], before[2]), random[2](...)},  r = random[3](...)
@@ -22,6 +21,7 @@ from planarc.core.diagnostic import error
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr
+from planarc.lower import texts
 from planarc.lower.assignment import zero_of
 from planarc.lower.scope import Scope, unsupported
 from planarc.lower.solutions import SOLVER, as_unknowns
@@ -97,8 +97,9 @@ def _constant(scope: Scope, value: Value, base: flat.Base, span: Span) -> Any:
     """A value known before the run; parameters that it depends on become structural."""
     if isinstance(value, Tensor):
         return [_constant(scope, v, base, span) for v in value.rows()]
-    if isinstance(value, Text) and value.constant is not None:
-        return value.constant
+    known = texts.decided(scope.model, value).constant if isinstance(value, Text) else None
+    if known is not None:
+        return known
     number = scope.model.number(value) if isinstance(value, Expr) else None
     if number is None or not number.is_const:
         raise unsupported("a function of a text that changes while running", span)

@@ -51,6 +51,15 @@ def number_held(scope: Scope, value: Value, span: Span) -> Expr:
     raise error("L343", message, span, hint=hint)
 
 
+def decided(model: Model, text: Text) -> Text:
+    """A text with the numbers that parameters alone give, which become structural."""
+    parts: list[str | tuple[Expr, str]] = []
+    for part in text.parts:
+        e = None if isinstance(part, str) else model.decided(part[0])
+        parts.append(part if e is None or not e.is_const else formatted(e.data, part[1]))
+    return Text(tuple(parts))
+
+
 def held(e: Expr) -> Text:
     """The text that a number stands for."""
     return Text(((e, TEXT),))
@@ -110,7 +119,7 @@ def _layout(
     if not options:
         return "", kind
     if isinstance(options[0], Text):
-        form = options[0].constant
+        form = decided(model, options[0]).constant
         if form is None:
             raise unsupported("a format that changes while running", span)
         _refuse_width(map(int, re.findall(r"\d+", form)), span)

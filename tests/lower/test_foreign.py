@@ -218,6 +218,46 @@ end M;
     assert result["n"][0] == 7
 
 
+WORDS = """
+type Kind = enumeration(low, middle);
+model M
+  parameter Integer k = 12;
+  parameter Real r = 0.5;
+  parameter Kind kind = Kind.middle;
+  parameter Boolean b = true;
+  parameter String form = String(k) + ".3f";
+  parameter String name = "a" + String(k) + String(r);
+  parameter Integer n[5] = {
+    length(String(k)), length(name), length(String(kind) + String(b)),
+    length(if k > 20 then "abc" else "a"), length(String(r, format=form))};
+  parameter Real free = 2;
+  Real y = free*length(String(k)) + 0*time;
+end M;
+"""
+
+
+def test_texts_of_parameters_are_known_while_compiling(backend: Backend) -> None:
+    result = run(WORDS, backend, name="M")
+    assert [result[f"n[{i}]"][0] for i in range(1, 6)] == [2, 6, 10, 1, 12]
+    assert result["y"][0] == 4
+    changed = WORDS.replace("k = 12", "k = 345").replace("= true", "= false")
+    result = run(changed.replace("Kind.middle", "Kind.low"), backend, name="M")
+    assert [result[f"n[{i}]"][0] for i in range(1, 6)] == [3, 7, 8, 3, 345]
+
+
+def test_parameters_in_texts_that_are_evaluated_become_structural() -> None:
+    request = Request(text=FUNCTIONS + WORDS, class_name="M")
+    slots = {p.name: p for p in compiler.compile_model(request).program.parameter_slots}
+    assert all(slots[name].structural for name in ("k", "r", "kind", "b"))
+    assert slots["free"].settable
+
+
+def test_a_function_of_a_text_that_changes_is_refused() -> None:
+    text = "model M Integer k = integer(9*time); Integer n = length(String(k)); end M;"
+    with pytest.raises(PlanarcError, match="a function of a text that changes while running"):
+        run(text, Backend.NUMPY, name="M")
+
+
 def test_a_derivative_of_an_external_function_is_refused() -> None:
     text = """
 model M
