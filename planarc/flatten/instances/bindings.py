@@ -26,7 +26,7 @@ from planarc.flatten.instances.starts import is_start_written
 from planarc.flatten.terms.conform import conforms, expect, type_text
 from planarc.flatten.terms.constant import Value, to_expression
 from planarc.flatten.terms.quotes import meant_as_text, quoted
-from planarc.flatten.terms.select import pick
+from planarc.flatten.terms.select import array, pick
 from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import Binding, Env, Instance, Leaf, Mod, State, silent
 from planarc.flatten.typing import references
@@ -194,10 +194,11 @@ def make_attributes(leaf: Leaf) -> flat.Attributes:
         _check_attribute_names(merged, leaf)
         leaf.attributes = _attributes(merged, leaf, written=True)
     else:
-        if leaf.layout.type_attributes is None:
+        found = leaf.layout.type_attributes
+        if leaf.type.dims not in found:
             _check_attribute_names(known, leaf)
-            leaf.layout.type_attributes = _attributes(known, leaf, written=False)
-        leaf.attributes = leaf.layout.type_attributes
+            found[leaf.type.dims] = _attributes(known, leaf, written=False)
+        leaf.attributes = found[leaf.type.dims]
     return leaf.attributes
 
 
@@ -242,12 +243,23 @@ def _value(mod: Mod, name: str, leaf: Leaf, wanted: flat.Type) -> flat.Expressio
     expected = wanted.with_dims(dims)
     if not value.type.dims and dims and (of_class or _stands_for_all(binding)):
         expected = wanted.with_dims(())
+    elif of_class and len(value.type.dims) == len(own):  # `type V = Real[2](start={1, 2})`
+        expected = wanted.with_dims(own)
     expect(expected, value, what, binding.span)
+    if expected.dims:
+        value = _repeated(value, dims[: len(dims) - len(expected.dims)])
     if variability_of(value, leaf.parent.session) > flat.Variability.PARAMETER:
         hint = "write a number or a parameter"
         if name == "start":
             hint += f", or give `{leaf.name}` its value by an `initial equation`"
         raise error("F285", f"{what} must not change with time", binding.span, hint=hint)
+    return value
+
+
+def _repeated(value: flat.Expression, sizes: flat.Dims) -> flat.Expression:
+    """An array of these sizes whose entries all have one value, which is an array."""
+    for size in reversed(sizes):
+        value = array([value] * (size or 0), value.type, value.span)
     return value
 
 

@@ -169,7 +169,8 @@ class Layout(Struct, eq=False):
     kind: syntax.ClassKind = syntax.ClassKind.CLASS
     done: bool = False
     type_mod: Mod | None = None
-    type_attributes: flat.Attributes | None = None
+    #: of variables without modifiers, by their sizes
+    type_attributes: dict[flat.Dims, flat.Attributes] = field(default_factory=dict)
     derivative: tuple[syntax.DerivativeClass, Scope] | None = None
     visual: str | None = None  # what instances are drawn as, "" for nothing, None: not asked
     #: (part, foreign, kind, name, expression) that instances declare; None: not asked
