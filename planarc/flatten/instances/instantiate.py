@@ -89,9 +89,9 @@ def _make_node(element: Element) -> Node:
         return outer.inner_node(element)
     definition, scope, mod = redeclare.effective_component(element)
     name = parent.full_name(element.name)
-    if definition.condition is not None and not evaluate.evaluate_condition(
-        definition.condition, element.scope, f"the condition of `{name}`"
-    ):
+    condition = redeclare.written_condition(element)
+    what = f"the condition of `{name}`"
+    if condition is not None and not evaluate.evaluate_condition(*condition, what):
         return Absent(name, element)
     cls = lookup.find_class(scope, definition.type)
     layout = layout_of(cls)

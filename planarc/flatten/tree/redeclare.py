@@ -19,6 +19,7 @@ Reference: Modelica Language Specification 3.6, sections 6.5 and 7.3.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 from msgspec.structs import replace
@@ -120,15 +121,17 @@ def _bounded(cls: Class, under: Mod) -> Class:
 
 def _constraints(element: Element) -> list[tuple[syntax.Constraint, Scope]]:
     """The constraints of an element: of its redeclarations, the last one first, and its own."""
-    found = []
+    declared = _declarations(element)
+    return [(d.constraint, scope) for d, scope in declared if d.constraint is not None]
+
+
+def _declarations(element: Element) -> Iterator[tuple[syntax.Declaration, Scope]]:
+    """The redeclarations of an element, the last one first, and its declaration."""
     current = element.mod.redeclaration
     while current is not None:
-        if current.element.constraint is not None:
-            found.append((current.element.constraint, current.scope))
+        yield current.element, current.scope
         current = current.inside.redeclaration
-    if element.definition.constraint is not None:
-        found.append((element.definition.constraint, element.scope))
-    return found
+    yield element.definition, element.scope
 
 
 def _check_fit(element: Element, cls: Class) -> None:
@@ -313,6 +316,15 @@ def written_dims(element: Element, layout: Layout) -> list[tuple[syntax.Expressi
     assert isinstance(definition, syntax.Component)
     own = (*definition.dimensions, *definition.type_dimensions)
     return [*((d, scope) for d in own), *layout.dimensions]
+
+
+def written_condition(element: Element) -> tuple[syntax.Expression, Scope] | None:
+    """The condition of a component, with the scope of its text: that of the declaration, where
+    redeclarations give none."""
+    for definition, scope in _declarations(element):
+        if isinstance(definition, syntax.Component) and definition.condition is not None:
+            return definition.condition, scope
+    return None
 
 
 def _has_sizes(definition: syntax.Declaration) -> bool:
