@@ -88,7 +88,7 @@ def broken_assertion(
     """The first assertion of a component that does not hold at this point, of values that are
     known there."""
     own = [a for a in program.assertions if a.component == component and not a.warning]
-    if not component or not own:
+    if not own:
         return None
     replay = Replay(program, kernel, t)
     replay.first_not_finite()
