@@ -22,12 +22,16 @@ class Replay:
     def __init__(self, program: Program, kernel: Kernel, t: float) -> None:
         self._program, self._w, self._t = program, kernel.w, t
         self._values: dict[Expr, float] = {}
+        self.finite: set[int] = set()  # the equations that gave finite numbers
 
     def first_not_finite(self) -> int:
         """The first equation, in the order of evaluation, that gives no finite number, or -1."""
         for let in self._run((*self._program.levels, self._program.rest)):
-            if let.equation is not None and not math.isfinite(self._values[let.target]):
+            if let.equation is None:
+                continue
+            if not math.isfinite(self._values[let.target]):
                 return let.equation
+            self.finite.add(let.equation)
         return -1
 
     def first_relation(self) -> RelationSlot | None:

@@ -75,13 +75,14 @@ def values(items: Sequence[tuple[str, float]]) -> str:
 def first_not_finite(program: Program, kernel: Kernel, t: float) -> EquationInfo | None:
     """The equation that the kernel says failed, or the first one, in the order of
     evaluation, that gives no finite number; or a relation with such a side."""
-    found = kernel.failed_equation
-    if found >= 0:
-        return program.equations[found]
     from planarc.solve.messages.replay import Replay
 
-    replay = Replay(program, kernel, t)
+    replay, told = Replay(program, kernel, t), kernel.failed_equation
     found = replay.first_not_finite()
+    # A kernel that had not come so far takes what is not stored yet for what failed.
+    is_stale = kernel.failed_block < 0 <= found and told in replay.finite
+    if told >= 0 and not is_stale:
+        return program.equations[told]
     if found >= 0:
         return program.equations[found]
     relation = replay.first_relation()
