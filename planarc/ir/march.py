@@ -21,6 +21,7 @@ POINTS: Final = 4
 #: A zero function that is off its parabola, or at first a straight line, by more than its distance
 #: from zero over this is looked at all along the step.
 ROUGH_MARGIN: Final = 10.0
+ROUGH_NOISE: Final = 1e-4  # parts of its largest size by which it is off, whatever comes
 #: A step whose ends have derivatives of different signs may have gone across a pole where it is
 #: off the trapezoidal rule by more than this part of the larger one times the step.
 MISFIT: Final = 0.1

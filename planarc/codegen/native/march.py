@@ -27,6 +27,7 @@ from planarc.ir.march import (
     POINTS,
     REACH,
     ROUGH_MARGIN,
+    ROUGH_NOISE,
     WARNING,
 )
 from planarc.ir.newton import GROWN
@@ -140,7 +141,7 @@ def _find_rough(
         off = c.absolute(z - (r + ahead * (slope + bend * back)))
         away = c.select(c.absolute(r) < c.absolute(z), c.absolute(r), c.absolute(z))
         found = (r * z > 0) & (away < off * ROUGH_MARGIN)
-        found = found & (off > largest.load(REAL, i) * DIP_NOISE)
+        found = found & (off > largest.load(REAL, i) * ROUGH_NOISE)
         with c.when(found, leaves=True):
             given.set("dips", 2)
             c.jump(end)

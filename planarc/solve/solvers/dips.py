@@ -27,6 +27,7 @@ from planarc.ir.march import (
     POINTS,
     REACH,
     ROUGH_MARGIN,
+    ROUGH_NOISE,
 )
 from planarc.solve.solvers.locate import Interpolant, crossed, locate
 from planarc.solve.solvers.zeros import Zeros
@@ -136,7 +137,7 @@ class Dips:
             off = abs(d - (c + (t3 - t2) * (last + bend * (t3 - t1))))
             near = np.minimum(abs(c), abs(d)) < ROUGH_MARGIN * off
             found: NDArray[np.bool_] = (c * d > 0) & near
-            found &= off > DIP_NOISE * self.points[POINTS, 1:]
+            found &= off > ROUGH_NOISE * self.points[POINTS, 1:]
         return found
 
     def search(
