@@ -348,6 +348,7 @@ class Model(Loaded):
 
         `at="equilibrium"` looks for the nearest stable equilibrium first. With n states, m inputs
         and p `outputs` the matrices A, B, C and D have the shapes (n, n), (n, m), (p, n), (p, m).
+        States that follow from others by what rests there, as rigid contacts do, are left out.
         Raises PlanarcError where there is no start there, R474 for a model with delays.
         """
         from planarc.api.analysis.linearize import linearize

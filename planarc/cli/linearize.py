@@ -24,7 +24,7 @@ from planarc.cli.arguments import (
 )
 from planarc.cli.line import Option
 from planarc.core.options import Redundant
-from planarc.core.prose import counted
+from planarc.core.prose import counted, listed
 
 
 def linearize(
@@ -71,7 +71,8 @@ def linearize(
         known = {n: found.values[n] for n in found.states if n in found.values}
         say_json(
             {"model": model.name, "time": found.time, "point": known, "stable": found.stable}
-            | {"derivatives": found.derivatives} | names | matrices | {"modes": modes}
+            | {"derivatives": found.derivatives, "holding": list(found.holding)}
+            | names | matrices | {"modes": modes}
         )  # fmt: skip
         return 0
     rows = [
@@ -85,6 +86,8 @@ def linearize(
         )
         for m in found.modes
     ]
-    console.say(f"{model.name} at t = {found.time:.6g} s: {counted(len(found.states), 'state')}")
+    states = counted(len(found.states), "state")
+    held = f"; others are held by {listed(found.holding)}" if found.holding else ""
+    console.say(f"{model.name} at t = {found.time:.6g} s: {states}{held}")
     say_table(("eigenvalue [1/s]", "natural [rad/s]", "damped [Hz]", "damping", "mostly"), rows)
     return 0

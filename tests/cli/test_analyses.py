@@ -39,6 +39,12 @@ def test_linearize(capsys: pytest.CaptureFixture[str]) -> None:
     assert f"{mode['natural_frequency']:.6g}" in text
 
 
+def test_linearize_tells_what_holds(capsys: pytest.CaptureFixture[str]) -> None:
+    block = "PlanarMultiBody.Examples.Contacts.RockingBlock"
+    assert "3 states; others are held by `contact` (point 2)\n" in said(capsys, "linearize", block)
+    assert told(capsys, "linearize", block)["holding"] == ["`contact` (point 2)"]
+
+
 def test_equilibrium(capsys: pytest.CaptureFixture[str]) -> None:
     found = told(capsys, "equilibrium", FOUR_BAR, "--set", "revA.phi.start=-1")
     assert abs(found["values"]["revA.z"]) < 1e-7

@@ -5,6 +5,7 @@
 Jacobians come from formulas (`codegen.slopes`). Where a function has no derivative, or none
 at this point, they are central differences of order four of the compiled equations, which
 are solved to rounding; their error is about 1e-12 of the values. `derivatives` says which.
+What rigid touches hold there is left out (`holding`): it moves as the other states do.
 Reference: the natural frequency of an eigenvalue s is |s|, its damping ratio -Re(s)/|s|.
 """
 
@@ -19,6 +20,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from planarc.api.analysis.equilibrium import settle_down
+from planarc.api.analysis.holding import what_holds
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.analysis.response import Response, response, to_control, to_scipy
 from planarc.api.htmltable import html_table
@@ -71,7 +73,9 @@ class Linearization(Data, eq=False):
 
     dx/dt = A x + B u,  y = C x + D u, where x, u and y are deviations from the point, of `states`,
     `inputs` and `outputs`, in SI units. Parameters that the start finds (`fixed=false`) are no
-    states. `derivatives` tells whether they come from `formulas` or from `differences`.
+    states. `derivatives` tells whether they come from `formulas` or from `differences`. `holding`
+    names rigid contacts and joints with friction that rest there and stay so: states that follow
+    from others by them are left out.
     """
 
     A: Vector
@@ -85,6 +89,8 @@ class Linearization(Data, eq=False):
     values: Mapping[str, float]
     derivatives: str  # `formulas` or `differences`
     point: Point
+    holding: tuple[str, ...]
+    lift: Vector  # deviations of the point's states from those of `states`
 
     def __repr__(self) -> str:
         stable = "stable" if self.stable else "unstable"
@@ -186,7 +192,7 @@ class Linearization(Data, eq=False):
         """Three periods of a mode, undamped, as a result: small deviations, drawn large."""
         mode = mode if isinstance(mode, Mode) else self._mode(mode)
         amplitude = finite("amplitude", amplitude)
-        shape = np.array([mode.shape.get(n, 0.0) for n in self.point.names])
+        shape = self.lift @ np.array([mode.shape[n] for n in self.states])
         angles = np.linspace(0, 6 * math.pi, 3 * rows + 1)
         return _frames(self.point, mode.natural_frequency or 1.0, angles, amplitude * shape)
 
@@ -221,29 +227,40 @@ def linearize(
 
 def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
     """The linear model at a point whose states are `point.y`."""
-    program, n = point.program, len(point.y)
-    columns = {c.name: c for c in program.columns}
-    slots = [columns[name].slot for name in outputs]
-    signs = np.array([columns[name].sign for name in outputs], dtype=float)
-    held = [program.slots[name] for name in program.inputs]
-
-    jacobian, derivatives = _by_formulas(point, held, slots, signs), "formulas"
-    if jacobian is None:
-        jacobian, derivatives = _by_differences(point, held, slots, signs), "differences"
-    moving = [i for i, c in enumerate(point.states) if not c.at_start]
+    n, names = len(point.y), point.names
+    whole, derivatives = jacobian(point, outputs)
+    holding = what_holds(point)
+    left, lift = holding.left, holding.lift
+    rates, values = whole[list(left)], whole[n:]
     return Linearization(
-        A=jacobian[np.ix_(moving, moving)],
-        B=jacobian[moving, n:],
-        C=jacobian[n:, moving],
-        D=jacobian[n:, n:],
-        states=tuple(point.names[i] for i in moving),
-        inputs=program.inputs,
+        A=rates[:, :n] @ lift,
+        B=rates[:, n:],
+        C=values[:, :n] @ lift,
+        D=values[:, n:],
+        states=tuple(names[i] for i in left),
+        inputs=point.program.inputs,
         outputs=tuple(outputs),
         time=point.t,
         values=point.values(),
         derivatives=derivatives,
         point=point,
+        holding=holding.touches,
+        lift=lift,
     )
+
+
+def jacobian(point: Point, outputs: Sequence[str] = ()) -> tuple[Vector, str]:
+    """d(derivatives of all states, outputs)/d(states, inputs), and whether that comes from
+    `formulas` or from `differences`."""
+    program = point.program
+    columns = {c.name: c for c in program.columns}
+    slots = [columns[name].slot for name in outputs]
+    signs = np.array([columns[name].sign for name in outputs], dtype=float)
+    given = [program.slots[name] for name in program.inputs]
+    found = _by_formulas(point, given, slots, signs)
+    if found is not None:
+        return found, "formulas"
+    return _by_differences(point, given, slots, signs), "differences"
 
 
 def _by_formulas(
@@ -273,10 +290,10 @@ def _by_differences(
         return np.concatenate([rates, signs * point.outputs(y)[slots]]) if slots else rates
 
     z = np.concatenate([point.y, [float(point.kernel.w[slot]) for slot in held]])
-    jacobian = derivative(both, z)
+    found = derivative(both, z)
     both(z)
     point.accept(point.y)
-    return jacobian
+    return found
 
 
 def _outputs(model: Model, outputs: Sequence[str] | None) -> tuple[str, ...]:

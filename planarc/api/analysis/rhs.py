@@ -9,7 +9,9 @@ Out:  Rhs    dx/dt = f(t, x, u), its Jacobian, and all other variables
 
 The states are those that the model chooses at its start, and stay so. Relations keep the truth that
 they have there, so that the function is smooth; `settle` gives them that of another point. Loops go
-on from where they were evaluated last, so that they stay on their branch.
+on from where they were evaluated last, so that they stay on their branch. Where a rigid contact
+rests, what integrators need to keep it closed is in the function: `linearize` has the modes of the
+mechanism alone.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planarc.api.analysis.linearize import at_point
+from planarc.api.analysis.linearize import jacobian
 from planarc.api.analysis.point import open_point
 from planarc.api.values import finite
 from planarc.core.arrays import Vector
@@ -67,11 +69,12 @@ class Rhs:
         self, t: float, x: Sequence[float] | Vector, u: Any = None
     ) -> tuple[Vector, Vector]:
         """The matrices df/dx and df/du, of the shapes (n, n) and (n, m) with n states and m inputs.
-        Raises what the call raises."""
+        Where a rigid contact rests, they hold what keeps it closed, eigenvalues at -10/s, too;
+        `Model.linearize` leaves that out. Raises what the call raises."""
         y = self._take(t, x, u)
         self._point.accept(y)
-        found = at_point(self._point)
-        return found.A, found.B
+        found, _ = jacobian(self._point)
+        return found[:, : len(y)], found[:, len(y) :]
 
     def outputs(
         self, t: float, x: Sequence[float] | Vector, u: Any = None, *, names: Sequence[str]

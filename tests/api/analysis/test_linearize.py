@@ -177,3 +177,84 @@ def test_an_input_of_a_mechanism() -> None:
     assert found.B[found.states.index("hinge.w"), 0] == pytest.approx(1 / inertia, rel=1e-12)
     assert found.D[0, 0] == pytest.approx(1 / inertia, rel=1e-12)
     assert abs(found.D[1, 0]) == pytest.approx(2 * 0.7 / inertia, rel=1e-12)
+
+
+BOWL = """model Bowl "A disc rolls at the bottom of a bowl"
+  import PlanarMultiBody.*;
+  inner World world;
+  input Real u;
+  parameter Real mu = 0.5;
+  Parts.Body disc(m=2, I=0.01, r(start={0, -0.9}, each fixed=true), v(each fixed=true),
+    phi(fixed=true), w(fixed=true));
+  Contacts.Contact contact(redeclare Contacts.Circle contour1(R=0.1),
+    redeclare Contacts.Circle contour2(R=1, inside=true), mu=mu);
+  Forces.WorldTorque push;
+equation
+  push.torque = u;
+  connect(push.frame_b, disc.frame_a);
+  connect(disc.frame_a, contact.frame_a);
+  connect(world.frame_b, contact.frame_b);
+end Bowl;"""
+
+
+@pytest.fixture(scope="module")
+def bowl() -> Model:
+    return load(BOWL)
+
+
+def test_what_keeps_a_contact_closed_is_no_mode(bowl: Model) -> None:
+    """Rolling leaves x, phi and the spin: w^2 = g/((R - r)*(1 + I/(m*r^2)))."""
+    rolling = bowl.linearize(outputs=["disc.v[1]"])
+    assert rolling.holding == ("`contact`",)
+    assert rolling.states == ("disc.frame_a.r[1]", "disc.frame_a.phi", "disc.w")
+    still, swing = rolling.modes
+    assert abs(still.eigenvalue) < 1e-9
+    assert swing.eigenvalue == pytest.approx(1j * math.sqrt(G / (0.9 * 1.5)), abs=1e-8)
+    torque = rolling.B[:, 0]
+    assert torque == pytest.approx([0, 0, 1 / (0.01 + 2 * 0.1**2)], abs=1e-9)
+    assert pytest.approx(np.array([[0, 0, -0.1]]), abs=1e-9) == rolling.C  # it rolls
+    sliding = bowl.linearize(parameters={"mu": 0})
+    assert len(sliding.states) == 4
+    assert sliding.modes[-1].eigenvalue == pytest.approx(1j * math.sqrt(G / 0.9), abs=1e-8)
+
+
+def test_states_that_follow_move_with_a_mode(bowl: Model) -> None:
+    motion = bowl.linearize().motion(1, amplitude=1e-3)
+    x, phi, spin = (motion[n] for n in ("disc.r[1]", "disc.phi", "disc.w"))
+    assert np.ptp(spin) == pytest.approx(2e-3)
+    assert np.ptp(x) == pytest.approx(0.1 * np.ptp(phi))
+    assert np.ptp(motion["disc.v[1]"]) == pytest.approx(2e-4)
+    assert np.ptp(motion["disc.r[2]"]) < 1e-12
+
+
+def test_a_block_at_rest_has_no_modes_but_its_place() -> None:
+    """Both corners are held, and one of them sticks: the other slip tells nothing new."""
+    model = load("""model Block
+      import PlanarMultiBody.*;
+      inner World world;
+      Parts.Body box(m=1, I=0.1, r(start={0, 0.1}, each fixed=true), v(each fixed=true),
+        phi(fixed=true), w(fixed=true));
+      Contacts.Contact contact(mu=0.5, redeclare Contacts.Polygon contour1(
+          vertices={{-0.2, -0.1}, {0.2, -0.1}, {0.2, 0.1}, {-0.2, 0.1}}),
+        redeclare Contacts.HalfPlane contour2);
+    equation
+      connect(box.frame_a, contact.frame_a);
+      connect(world.frame_b, contact.frame_b);
+    end Block;""")
+    found = model.linearize()
+    assert found.states == ("box.frame_a.r[1]",)
+    assert abs(found.A).max() < 1e-12
+
+
+def test_a_joint_that_sticks_is_no_mode() -> None:
+    model = load("""model Held
+      import PlanarMultiBody.*;
+      inner World world;
+      Joints.RevoluteWithFriction hinge(mu=0.5, R=0.2, phi(start=-1.57, fixed=true), w(fixed=true));
+      Parts.Body bob(m=1, I=0.1, r_CM={0.1, 0});
+    equation
+      connect(world.frame_b, hinge.frame_a);
+      connect(hinge.frame_b, bob.frame_a);
+    end Held;""")
+    found = model.linearize()
+    assert (found.holding, found.states) == (("`hinge`",), ("hinge.phi",))

@@ -40,6 +40,15 @@ def test_the_function_gives_the_derivatives(cart: planarc.Model) -> None:
     assert pytest.approx(np.array([[0], [1]])) == B
 
 
+def test_the_jacobian_at_a_contact_that_rests_is_that_of_the_function() -> None:
+    f = planarc.load("PlanarMultiBody.Examples.Contacts.RockingBlock").rhs()
+    A, _ = f.jacobian(f.t0, f.x0)
+    assert A.shape == (6, 6)
+    step = 1e-6 * np.eye(6)
+    rows = [(f(f.t0, f.x0 + h) - f(f.t0, f.x0 - h)) / 2e-6 for h in step]
+    assert np.allclose(A, np.transpose(rows), atol=1e-5)
+
+
 def test_another_integrator_comes_to_the_same_motion() -> None:
     from scipy.integrate import solve_ivp
 
