@@ -66,13 +66,13 @@ def compile_model(
         model = stages.flatten(target, clock)
         warnings = model.warnings
         try:
-            dae = stages.to_dae(model, clock, request.inputs)
+            dae = stages.to_dae(model, clock, request.inputs, request.placed)
             warnings = dae.warnings
             program, notes = find_program(dae, request.redundant, clock)
         except PlanarcError as problem:
             raise problem.after(warnings) from None
         program = replace(program, figures=model.figures)
-        lead = None if request.inputs else find_lead(model, dae, backend, clock)
+        lead = None if request.inputs or request.placed else find_lead(model, dae, backend, clock)
         del model, dae  # what follows takes their room
         compiled = Compiled.of(program, backend, clock, in_one((*warnings, *notes)), lead)
         remember(request, backend, target, compiled.as_remembered())

@@ -149,6 +149,7 @@ def _key(request: Request, *more: str) -> str:
         request.units.value,
         request.redundant.value,
         repr(request.inputs),
+        repr(request.placed),
         *(str(r) for r in roots),
         *(str(r.absolute()) for r in roots),
         *more,

@@ -110,13 +110,18 @@ def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
     return (lacking(lack, names, flows),)
 
 
-def to_dae(model: FlatModel, clock: Clock | None = None, inputs: Sequence[str] = ()) -> Dae:
-    """The scalar hybrid system of a flat model, with some variables as inputs. Raises
-    PlanarcError."""
+def to_dae(
+    model: FlatModel,
+    clock: Clock | None = None,
+    inputs: Sequence[str] = (),
+    placed: bool = False,
+) -> Dae:
+    """The scalar hybrid system of a flat model, with some variables as inputs; `placed`: see
+    `lower`. Raises PlanarcError."""
     from planarc.lower.pipeline import lower
 
     with (clock or Clock()).phase("lower"):
-        dae = lower(model)
+        dae = lower(model, placed=placed)
     if not inputs:
         return dae
     from planarc.request.opened import open_inputs

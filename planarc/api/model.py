@@ -79,6 +79,7 @@ class Model(Loaded):
         #: With driven joints, by these and their motions as text: see `analysis.drive`.
         self.driven: dict[tuple[object, ...], tuple[Compiled, dict[str, str]]] = {}
         self._otherwise: Model | None = None  # redundant joints treated in the other way
+        self._placed: Model | None = None
 
     if not TYPE_CHECKING:  # whoever checks types is told of wrong names by their checker
 
@@ -156,9 +157,9 @@ class Model(Loaded):
         `interval` (s), or `intervals` + 1 of them, and two at each event. `parameters` and `start`
         set values by name (SI units; an array takes a sequence). `start_from` takes all others from
         `"equilibrium"`, `"assembly 2"` (as `assemble` lists them, from 1), or the last row of a
-        Result or of a file. `inputs` are numbers, functions of time or tables, one for each element
-        of an array; Booleans, Integers and enumerations are held. What the model needs of their
-        derivatives follows, or is given as `der(u)`.
+        Result or of a file, whatever initial equations say. `inputs` are numbers, functions of
+        time or tables, one for each element of an array; Booleans, Integers and enumerations are
+        held. What the model needs of their derivatives follows, or is given as `der(u)`.
         `solver` is a member of `Solver` or its name, as `cvode-adams`; those of one step length, as
         `rk4`, take a `fixed_step` (s). `contact="stepping"` takes rigid contacts by steps of
         that length instead of at events, as a model with a crowd does by itself. `redundant`: see
@@ -184,7 +185,8 @@ class Model(Loaded):
             interval=None if interval is None else finite("interval", interval, "s"),
             redundant=None if redundant is None else treatment_of(redundant),
         )
-        return model.run(_placed(model, options, start_from, inputs), inputs, progress)
+        model, options = _put_at(model, options, start_from, inputs)
+        return model.run(options, inputs, progress)
 
     @telling_keywords
     def stepper(
@@ -217,7 +219,7 @@ class Model(Loaded):
         if not options.solver.home:
             raise usage_error("R407", f"the solver `{options.solver}` takes no single steps",
                               hint="leave the solver out")  # fmt: skip
-        return open_stepper(model, _placed(model, options, start_from, None), step)
+        return open_stepper(*_put_at(model, options, start_from, None), step)
 
     def asked(
         self,
@@ -305,6 +307,13 @@ class Model(Loaded):
             warnings.warn(recompiled(changed), Recompiled, stacklevel=4)
             self._variants[key] = self.variant(texts)
         return self._variants[key], rest
+
+    def placed(self) -> Model:
+        """This model for runs that begin where all states are given: without initial equations."""
+        if self._placed is None:
+            self._placed = Model(replace(self.request, placed=True), self.backend)
+            self._placed.take_name(self.program)
+        return self._placed
 
     @telling_keywords
     def variant(self, values: Mapping[str, str], declarations: str = "") -> Model:
@@ -514,11 +523,11 @@ class Model(Loaded):
         return export_page(self, path, inputs, stiff)
 
 
-def _placed(
+def _put_at(
     model: Model, options: RunOptions, at: Place | None, inputs: Mapping[str, Signal] | None
-) -> RunOptions:
+) -> tuple[Model, RunOptions]:
     if at is None:
-        return options
-    from planarc.api.analysis.starting import starts_from
+        return model, options
+    from planarc.api.analysis.starting import put_at
 
-    return replace(options, starts=starts_from(model, options, at, inputs))
+    return put_at(model, options, at, inputs)

@@ -193,8 +193,8 @@ def _as_told(request: Request, compiled: Compiled, table: Table) -> Compiled:
     values = {p.name: told[p.name] for p in structural if kernel.w[p.slot] != told[p.name]}
     if not values:
         return compiled
-    from planarc.api.variant import compile_variant, texts_of
+    from planarc.api.variant import compile_like, texts_of, variant_of
 
     backend = fastest_backend()
     texts = texts_of(request, compiled.program, values, backend)
-    return compile_variant(request, texts, backend, compiled.program)
+    return compile_like(variant_of(request, texts), backend, compiled.program)

@@ -128,11 +128,9 @@ def _braces(elements: Mapping[tuple[int, ...], str]) -> str:
     return f"{{{', '.join(_braces(row) for row in rows.values())}}}"
 
 
-def compile_variant(
-    request: Request, values: Mapping[str, str], backend: Backend, of: Program
-) -> Compiled:
-    """The variant compiled, with the name and the experiment of the model it is one of."""
-    compiled = compile_model(variant_of(request, values), backend)
+def compile_like(request: Request, backend: Backend, of: Program) -> Compiled:
+    """A variant compiled, with the name and the experiment of the model it is one of."""
+    compiled = compile_model(request, backend)
     return replace(compiled, program=named_like(compiled.program, of))
 
 

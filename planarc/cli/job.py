@@ -101,7 +101,7 @@ class Run:
         if places.output is not None:
             refuse_no_match(program, job.variables)
         with clock.phase("compile again"):
-            compiled, options, notes = apply_settings(
+            request, compiled, options, notes = apply_settings(
                 job.settings, job.request, compiled, job.options
             )
         if notes:
@@ -112,7 +112,7 @@ class Run:
             del clock.seconds["compile again"]
         if job.start_from is not None:
             with clock.phase("find start"):
-                options = _at_place(job.start_from, job.request, compiled, options)
+                compiled, options = _at_place(job.start_from, request, compiled, options)
         with clock.phase("load"):
             kernel = compiled.load()
         with progress_line() as progress:
@@ -196,13 +196,15 @@ class Run:
         console.complain(self.outcome.diagnostics)
 
 
-def _at_place(place: str, request: Request, compiled: Compiled, options: RunOptions) -> RunOptions:
-    """The options with the start values of a place."""
-    from planarc.api.analysis.starting import starts_from
+def _at_place(
+    place: str, request: Request, compiled: Compiled, options: RunOptions
+) -> tuple[Compiled, RunOptions]:
+    """The model to run at a place, and the options with its start values."""
+    from planarc.api.analysis.starting import put_at
     from planarc.api.model import Model
 
-    found = starts_from(Model(request, options.backend, compiled), options, place)
-    return replace(options, starts=found)
+    model, options = put_at(Model(request, options.backend, compiled), options, place)
+    return model.compiled(), options
 
 
 def write_page(path: Path, result: Result, kernel: Kernel | None = None) -> None:

@@ -59,7 +59,7 @@ def sort_settings(
 
 def apply_settings(
     settings: Sequence[Setting], request: Request, compiled: Compiled, options: RunOptions
-) -> tuple[Compiled, RunOptions, tuple[Diagnostic, ...]]:
+) -> tuple[Request, Compiled, RunOptions, tuple[Diagnostic, ...]]:
     """Apply all settings; a structural parameter makes another model, and a note says so."""
     program = compiled.program
     parameters = {p.name: p for p in program.parameter_slots}
@@ -75,17 +75,17 @@ def apply_settings(
     plain = {n: v for n, v in values.items() if n not in structural}
     options = replace(options, values=plain, starts=starts)
     if not structural:
-        return compiled, options, ()
-    from planarc.api.variant import compile_variant, texts_of
+        return request, compiled, options, ()
+    from planarc.api.variant import compile_like, texts_of, variant_of
 
-    texts = texts_of(request, program, structural, options.backend)
-    again = compile_variant(request, texts, options.backend, program)
+    changed = variant_of(request, texts_of(request, program, structural, options.backend))
+    again = compile_like(changed, options.backend, program)
     note = Diagnostic(
         "C116",
         f"{both(structural)} {be(len(structural))} structural: the model was compiled again",
         severity=Severity.NOTE,
     )
-    return again, options, (note,)
+    return changed, again, options, (note,)
 
 
 def read_values(name: str, text: str) -> list[Given]:

@@ -51,7 +51,7 @@ def simulate(
             "--start-from",
             metavar="PLACE",
             help="Start at the `equilibrium`, at `assembly 2` as `planarc assemble` counts, or at "
-            "the last row of a result.",
+            "the last row of a result, whatever initial equations say.",
         ),
     ] = None,
     library: arg.Libraries = None,

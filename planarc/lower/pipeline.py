@@ -36,18 +36,20 @@ from planarc.lower.values import Text, Value, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor
 
 
-def lower(source: flat.FlatModel, blended: bool = False) -> dae.Dae:
+def lower(source: flat.FlatModel, blended: bool = False, placed: bool = False) -> dae.Dae:
     """The scalar model; a `blended` one goes from `simplified` to `actual` of each `homotopy` with
-    the parameter `dae.HOMOTOPY`. Raises PlanarcError (codes L3xx)."""
+    the parameter `dae.HOMOTOPY`; a `placed` one begins where its states are given, so that of its
+    initial equations those alone count that are start values of discrete variables. Raises
+    PlanarcError (codes L3xx)."""
     try:
-        return _lower(source, blended)
+        return _lower(source, blended, placed)
     except RecursionError:
         raise error(
             "L300", "an expression is nested too deeply", source.span, hint="split the expression"
         ) from None
 
 
-def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
+def _lower(source: flat.FlatModel, blended: bool, placed: bool) -> dae.Dae:
     source = release_parameters(source)
     functions = {f.name: f for f in source.functions}
     given = Given(source)
@@ -68,7 +70,10 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
     equations = (*discrete, *(e for _, e in model.auxiliaries))
+    whens = tuple(into.whens)
     initial, discretes = start_discretes(model, initial, classified.discretes, equations, into)
+    if not placed:
+        whens = tuple(into.whens)  # with those of initial equations
     values = [v.start for v in discretes] + [p.value for p in classified.parameters]
     start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
@@ -80,12 +85,12 @@ def _lower(source: flat.FlatModel, blended: bool) -> dae.Dae:
         equations=(*continuous, *(e for _, e in model.added)),
         discretes=(*discretes, *triggers),
         inputs=classified.inputs,
-        initial_equations=tuple(initial),
+        initial_equations=() if placed else tuple(initial),
         discrete_equations=(*discrete, *(e for _, e in model.auxiliaries)),
         relations=tuple(model.relations),
         samplers=tuple(model.samplers),
         delays=tuple(model.delays),
-        whens=tuple(into.whens),
+        whens=whens,
         assertions=tuple(model.assertions),
         visuals=tuple(lower_visual(model, v) for v in source.visuals),
         declared=tuple(lower_declared(model, d) for d in source.declared),

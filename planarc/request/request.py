@@ -43,7 +43,8 @@ class Request(Data):
     """A file, a class of a library, or a class of a file.
 
     `text` takes the place of the file's content (a model that is no file). `inputs` names
-    variables of the model that become inputs.
+    variables of the model that become inputs. A `placed` model begins where its states are given,
+    without its initial equations.
     """
 
     file: Path | None = None
@@ -53,6 +54,7 @@ class Request(Data):
     units: Units = Units.WARN
     redundant: Redundant = Redundant.REFUSE
     inputs: tuple[str, ...] = ()
+    placed: bool = False
 
 
 class Target(Data):

@@ -23,6 +23,7 @@ from planarc.api.analysis.equilibrium import settle_down
 from planarc.api.analysis.holding import what_holds
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.analysis.response import Response, response, to_control, to_scipy
+from planarc.api.analysis.starting import model_at
 from planarc.api.htmltable import html_table
 from planarc.api.result import Page, Result
 from planarc.api.signals import Signal
@@ -209,6 +210,7 @@ def linearize(
     given: Mapping[str, float] = {}
     if isinstance(at, Mapping):
         given = start_values(model.program, at)
+        model = model_at(model, given)
     elif at == "equilibrium":
         point = open_point(model, options, inputs)
         settle_down(point)

@@ -1,7 +1,10 @@
 """Start values from elsewhere: from a state of rest, one of the assemblies, the end of another run.
 
 In:   Model, RunOptions, the place that a user names
-Out:  start values by name
+Out:  the model to run there, and start values by name
+
+A place that tells all states is where the run begins, whatever the model's initial equations say:
+the model is compiled without them.
 
 Example: `equilibrium`, `assembly 2` (counted as `assemble` lists them, from 1), `FourBar.csv` (its
 last row), or what Python holds of these: an Equilibrium, an Assembly, a Result.
@@ -14,12 +17,15 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from msgspec.structs import replace
+
 from planarc.api.result import Result
 from planarc.core.diagnostic import UsageError, usage_error
 from planarc.core.nearest import did_you_mean
 from planarc.core.options import RunOptions
 from planarc.core.prose import be, counted
-from planarc.ir.program import Program
+from planarc.ir.dae import INITIAL
+from planarc.ir.program import Let, Program
 from planarc.solve.settings import startable
 from planarc.view.table.files import SUFFIXES, read_table
 
@@ -39,12 +45,30 @@ _TRIES = 200
 _SHARE = 0.5
 
 
-def starts_from(
+def put_at(
     model: Model, options: RunOptions, place: Place, inputs: Mapping[str, Signal] | None = None
-) -> dict[str, float]:
-    """Start values at a place; those of the options count first. Raises UsageError C215, C290, and
-    PlanarcError where there is no equilibrium or no assembly."""
-    return {**_starts(model, options, place, inputs), **options.starts}
+) -> tuple[Model, RunOptions]:
+    """The model to run at a place, and options with its start values; those given before count
+    first. Raises UsageError C215, C290, and PlanarcError where there is no equilibrium or no
+    assembly."""
+    found = {**_starts(model, options, place, inputs), **options.starts}
+    return model_at(model, found), replace(options, starts=found)
+
+
+def model_at(model: Model, starts: Mapping[str, float]) -> Model:
+    """The model to run from these start values: without initial equations, if it has any and the
+    values tell all states."""
+    program = model.program
+    slots, columns = startable(program)
+    told = {slots.get(columns[n][0]) for n in starts if n in columns}
+    whole = all(c.start in told for c in program.candidates)
+    return model.placed() if whole and _has_initial(program) else model
+
+
+def _has_initial(program: Program) -> bool:
+    """Whether there are initial equations of unknowns, or when-clauses that may stand for some."""
+    given = [s.value for s in program.discrete if isinstance(s, Let)]
+    return bool(program.initial_residuals) or any(e.is_symbol and e.name == INITIAL for e in given)
 
 
 def _starts(
@@ -53,8 +77,7 @@ def _starts(
     if isinstance(place, Result):
         return _last_row(model.program, place.name, place.__contains__, place.__getitem__)
     if isinstance(getattr(place, "start", None), Mapping):  # an Equilibrium or an Assembly
-        known = startable(model.program)[1]
-        return {n: v for n, v in place.start.items() if n in known}
+        return _told(model.program, place)
     if not isinstance(place, str | Path):
         raise _no_place(repr(place)[:40])
     text = str(place).strip()
@@ -64,10 +87,19 @@ def _starts(
     if text == "equilibrium":
         from planarc.api.analysis.equilibrium import find_equilibrium
 
-        return find_equilibrium(model, options, inputs).start
+        return _told(model.program, find_equilibrium(model, options, inputs))
     if (counting := _ASSEMBLY.fullmatch(text)) is not None:
         return _assembly(model, options, int(counting[1]))
     raise _no_place(text)
+
+
+def _told(program: Program, place: Equilibrium | Assembly) -> dict[str, float]:
+    """Its start values, and the discrete values of a state of rest."""
+    known = startable(program)[1]
+    discrete = {d.slot for d in program.discretes if not d.name.startswith("$")}
+    values: Mapping[str, float] = getattr(place, "values", {})
+    found = {n: v for n, v in values.items() if n in known and known[n][0] in discrete}
+    return found | {n: v for n, v in place.start.items() if n in known}
 
 
 def _no_place(text: str) -> UsageError:

@@ -114,15 +114,72 @@ end Swing;
 """
 
 
-@pytest.mark.parametrize("way", ["place", "start"])
-def test_a_start_that_initial_equations_overrule_is_told(way: str) -> None:
+def test_a_start_that_initial_equations_overrule_is_told() -> None:
     model = planarc.load(INITIAL)
-    given = {"start_from": "equilibrium"} if way == "place" else {"start": {"hinge.phi": 1.0}}
-    result = model.simulate(0.1, **given)
+    result = model.simulate(0.1, start={"hinge.phi": 1.0})
     assert result["hinge.phi"][0] == pytest.approx(0.5)
     (found,) = [w for w in result.warnings if w.code == "R442"]
     assert "initial equations decide it" in found.message
     assert not [w for w in model.simulate(0.1).warnings if w.code == "R442"]
+
+
+def test_a_place_counts_more_than_initial_equations() -> None:
+    model = planarc.load(INITIAL)
+    rest = model.equilibrium()
+    for place in ("equilibrium", rest):
+        hanging = model.simulate(1, start_from=place)
+        assert np.ptp(hanging["hinge.phi"]) < 1e-6
+        assert [w.code for w in hanging.warnings] == ["R451"]  # nothing moves
+    half = model.simulate(1, tolerance=1e-10)
+    after = model.simulate(1, tolerance=1e-10, start_from=half)
+    whole = model.simulate(2, tolerance=1e-10)
+    assert after["hinge.phi"][-1] == pytest.approx(whole["hinge.phi"][-1], abs=1e-7)
+    kicked = model.simulate(0, start_from=half, start={"hinge.w": 2})
+    assert kicked["hinge.w"][0] == 2
+    assert kicked["hinge.phi"][0] == pytest.approx(half["hinge.phi"][-1])
+    assert model.linearize(rest.start).A[1, 0] == pytest.approx(-9.81)
+    stepper = model.stepper(0.1, start_from=half)
+    assert stepper["hinge.phi"] == pytest.approx(half["hinge.phi"][-1])
+    assert model.simulate(0)["hinge.phi"][0] == 0.5
+
+
+SAMPLED = """
+model Sampled
+  Real x;
+  parameter Real k(fixed=false);
+  discrete Real z;
+  discrete Integer n(start=3, fixed=true);
+initial equation
+  x = 1;
+  der(x) = -2;
+  z = 5*x;
+equation
+  der(x) = -k*x;
+  when sample(0.4, 0.4) then
+    z = pre(z) + 10;
+    n = pre(n) + 1;
+  end when;
+end Sampled;
+"""
+
+
+def test_what_initial_equations_found_goes_on() -> None:
+    """A parameter of theirs keeps its value, discrete variables theirs."""
+    model = planarc.load(SAMPLED)
+    first = model.simulate(1)
+    after = model.simulate(0.1, start_from=first)
+    assert [after[n][0] for n in ("k", "z", "n")] == [2, 25, 5]
+    assert after["x"][0] == first["x"][-1] == pytest.approx(np.exp(-2), rel=1e-4)
+    assert model.simulate(0, start_from="equilibrium")["z"][0] == 5
+
+
+def test_a_place_that_tells_a_part_leaves_initial_equations(tmp_path: Path) -> None:
+    """Else the others would start anywhere."""
+    model = planarc.load(SAMPLED)
+    table = model.simulate(1).to_csv(tmp_path / "half.csv", variables="x|z")
+    found = model.simulate(0, start_from=table)
+    assert (found["x"][0], found["k"][0]) == (1, 2)
+    assert [w.code for w in found.warnings] == ["R442"]
 
 
 def test_linear_models_of_a_state_of_rest_are_those_of_that_place() -> None:
