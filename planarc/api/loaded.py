@@ -8,7 +8,7 @@ It is compiled once for each back end, and can be pickled.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
@@ -156,7 +156,9 @@ class Loaded:
         bends = read_corners(inputs)
         return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin, bends)
 
-    def take_name(self, of: Program) -> None:
-        """Be called as another model, of which this is a variant."""
+    def take_name(self, of: Program, changed: Collection[str] = ()) -> None:
+        """Be called as another model, of which this is a variant with other values of some
+        parameters."""
         for backend, compiled in self._compiled.items():
-            self._compiled[backend] = replace(compiled, program=named_like(compiled.program, of))
+            program = named_like(compiled.program, of, changed)
+            self._compiled[backend] = replace(compiled, program=program)

@@ -24,13 +24,14 @@ from planarc.api.values import (
     start_values,
 )
 from planarc.api.variables import Names, Variable, variables_of
-from planarc.api.variant import Recompiled, recompiled, texts_of, variant_of
+from planarc.api.variant import Recompiled, texts_of, variant_of, why_again
 from planarc.compiled import Compiled
 from planarc.compiler import run
 from planarc.core.diagnostic import PlanarcError, Severity, usage_error
 from planarc.core.options import Backend, Contacts, Redundant, RunOptions, Solver
 from planarc.core.unknown import telling_keywords, unknown_attribute
 from planarc.request.request import Request
+from planarc.solve.settings import compiles_again, differs
 
 if TYPE_CHECKING:
     import re
@@ -291,21 +292,23 @@ class Model(Loaded):
         if not values:
             return self, values
         known = slots_of(self.program)
-        structural = {n: known[n] for n in values if known[n].structural}
+        structural = {n: known[n] for n in values if compiles_again(self.program, known[n])}
         changed = {n: values[n] for n in structural}
         if not changed:
             return self, values
         kernel = self.compiled().load()
         kernel.parameters()
-        changed = {n: v for n, v in changed.items() if kernel.w[structural[n].slot] != v}
+        changed = {n: v for n, v in changed.items() if differs(kernel, structural[n], v)}
         rest = {n: v for n, v in values.items() if n not in structural}
         if not changed:
             return self, rest
         key = tuple(sorted(changed.items()))
         if key not in self._variants:
             texts = texts_of(self.request, self.program, changed, self.backend)
-            warnings.warn(recompiled(changed), Recompiled, stacklevel=4)
-            self._variants[key] = self.variant(texts)
+            why = f"{why_again(self.program, changed)}: the model is compiled again"
+            warnings.warn(why, Recompiled, stacklevel=4)
+            self._variants[key] = variant = Model(variant_of(self.request, texts), self.backend)
+            variant.take_name(self.program, changed)
         return self._variants[key], rest
 
     def placed(self) -> Model:

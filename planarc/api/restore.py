@@ -32,6 +32,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Column, Program
 from planarc.ir.result import Result, Statistics
 from planarc.request.request import Request
+from planarc.solve.settings import compiles_again, differs
 from planarc.view.table.origin import Origin
 from planarc.view.table.table import Table
 
@@ -185,16 +186,19 @@ def compile_guess(request: Request, table: Table) -> Compiled | None:
 def _as_told(request: Request, compiled: Compiled, table: Table) -> Compiled:
     """The model with the structural parameters of the run."""
     told = {} if table.origin is None else table.origin.parameters
-    structural = [p for p in compiled.program.parameter_slots if p.structural and p.name in told]
+    program = compiled.program
+    structural = [
+        p for p in program.parameter_slots if p.name in told and compiles_again(program, p)
+    ]
     if not structural:
         return compiled
     kernel = compiled.load()
     kernel.parameters()
-    values = {p.name: told[p.name] for p in structural if kernel.w[p.slot] != told[p.name]}
+    values = {p.name: told[p.name] for p in structural if differs(kernel, p, told[p.name])}
     if not values:
         return compiled
     from planarc.api.variant import compile_like, texts_of, variant_of
 
     backend = fastest_backend()
     texts = texts_of(request, compiled.program, values, backend)
-    return compile_like(variant_of(request, texts), backend, compiled.program)
+    return compile_like(variant_of(request, texts), backend, compiled.program, values)

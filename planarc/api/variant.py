@@ -34,12 +34,19 @@ _Tree: TypeAlias = "dict[str, _Tree | str]"
 
 
 class Recompiled(UserWarning):
-    """A structural parameter was changed, so the model was compiled again."""
+    """A structural parameter was changed, or one that is computed from others was given a value of
+    its own, so the model was compiled again."""
 
 
-def recompiled(names: Collection[str]) -> str:
-    """The remark that some parameters are structural."""
-    return f"{both(names)} {be(len(names))} structural: the model is compiled again"
+def why_again(program: Program, names: Collection[str]) -> str:
+    """Why other values of some parameters make another model."""
+    structural = {p.name for p in program.parameter_slots if p.structural}
+    shaping = [n for n in names if n in structural]
+    computed = [n for n in names if n not in structural]
+    told = [f"{both(shaping)} {be(len(shaping))} structural"] if shaping else []
+    if computed:
+        told.append(f"{both(computed)} {be(len(computed))} computed from others")
+    return " and ".join(told)
 
 
 def variant_of(
@@ -112,8 +119,8 @@ def _refuse_computed(elements: Sequence[ParameterSlot], changed: Mapping[str, fl
             one = next(n for n in changed if "[" in n and whole_name(n) == whole_name(element.name))
             raise usage_error(
                 "C205",
-                f"`{one}` is structural and one of an array, of which `{element.name}` is "
-                "computed from other parameters: it cannot be changed from here",
+                f"`{one}` is one of an array, of which `{element.name}` is computed from other "
+                "parameters: it cannot be changed alone",
                 hint="change it in the model, or give all elements",
             )
 
@@ -128,16 +135,24 @@ def _braces(elements: Mapping[tuple[int, ...], str]) -> str:
     return f"{{{', '.join(_braces(row) for row in rows.values())}}}"
 
 
-def compile_like(request: Request, backend: Backend, of: Program) -> Compiled:
-    """A variant compiled, with the name and the experiment of the model it is one of."""
+def compile_like(
+    request: Request, backend: Backend, of: Program, changed: Collection[str]
+) -> Compiled:
+    """A variant compiled, with the name and the experiment of the model it is one of, in which some
+    parameters have other values."""
     compiled = compile_model(request, backend)
-    return replace(compiled, program=named_like(compiled.program, of))
+    return replace(compiled, program=named_like(compiled.program, of, changed))
 
 
-def named_like(program: Program, of: Program) -> Program:
-    """The program with name, experiment and figures of another one."""
+def named_like(program: Program, of: Program, changed: Collection[str] = ()) -> Program:
+    """The program with name, experiment and figures of another one. Parameters that were `changed`
+    are structural in it: their values belong to the model, and results tell them."""
     names = ("name", "description", "experiment", "figures")
-    return replace(program, **{name: getattr(of, name) for name in names})
+    slots = tuple(
+        replace(p, structural=True) if p.name in changed else p for p in program.parameter_slots
+    )
+    taken = {name: getattr(of, name) for name in names}
+    return replace(program, parameter_slots=slots, **taken)
 
 
 def _literal(parameter: ParameterSlot, value: float, type_name: str) -> str:

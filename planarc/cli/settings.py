@@ -14,7 +14,6 @@ from msgspec.structs import replace
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity, usage_error
-from planarc.core.prose import be, both
 
 if TYPE_CHECKING:
     from planarc.compiled import Compiled
@@ -60,7 +59,10 @@ def sort_settings(
 def apply_settings(
     settings: Sequence[Setting], request: Request, compiled: Compiled, options: RunOptions
 ) -> tuple[Request, Compiled, RunOptions, tuple[Diagnostic, ...]]:
-    """Apply all settings; a structural parameter makes another model, and a note says so."""
+    """Apply all settings; a structural parameter, or one that a formula gives, makes another model,
+    and a note says so."""
+    from planarc.solve.settings import compiles_again
+
     program = compiled.program
     parameters = {p.name: p for p in program.parameter_slots}
     given, begun = sort_settings(settings, parameters)
@@ -71,18 +73,22 @@ def apply_settings(
 
         values |= parameter_values(program, {n: given[n] for n in given.keys() - values.keys()})
         starts |= start_values(program, {n: begun[n] for n in begun.keys() - starts.keys()})
-    structural = {n: v for n, v in values.items() if n in parameters and parameters[n].structural}
+    structural = {
+        n: v
+        for n, v in values.items()
+        if n in parameters and compiles_again(program, parameters[n])
+    }
     plain = {n: v for n, v in values.items() if n not in structural}
     options = replace(options, values=plain, starts=starts)
     if not structural:
         return request, compiled, options, ()
-    from planarc.api.variant import compile_like, texts_of, variant_of
+    from planarc.api.variant import compile_like, texts_of, variant_of, why_again
 
     changed = variant_of(request, texts_of(request, program, structural, options.backend))
-    again = compile_like(changed, options.backend, program)
+    again = compile_like(changed, options.backend, program, structural)
     note = Diagnostic(
         "C116",
-        f"{both(structural)} {be(len(structural))} structural: the model was compiled again",
+        f"{why_again(program, structural)}: the model was compiled again",
         severity=Severity.NOTE,
     )
     return changed, again, options, (note,)

@@ -26,8 +26,11 @@ from planarc.solve.deciding import deciding, given_by, start_meant
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
+    from planarc.ir.kernel import Kernel
 
 DEFAULT_INTERVALS = 500
+#: How a parameter is set whose values make other models.
+_FOR_ALL = "give it one value for all runs, with `--set` or, in Python, `parameters={...}`"
 #: Steps with contacts in a run, where their length is not given.
 DEFAULT_STEPS = 1000
 
@@ -262,23 +265,38 @@ def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -
         raise _usage(
             "R405",
             f"`{name}` is structural: the equations themselves depend on it",
-            "give it one value for all runs, with `--set` or, in Python, `parameters={...}`",
+            _FOR_ALL,
         )
     if not parameter.settable:
         sources = _computed_from(program, name, known)
         if sources:
             told = listed(f"`{source}`" for source in sources)
-            raise _usage(
-                "R405",
-                f"`{name}` cannot be set: it is computed from {told}",
-                f"set {either(sources[:3])} instead, or change the model",
-            )
+            hint = f"set {either(sources[:3])} instead, or "
+            hint += _FOR_ALL if compiles_again(program, parameter) else "change the model"
+            raise _usage("R405", f"`{name}` cannot be set: it is computed from {told}", hint)
         raise _usage(
             "R405",
             f"`{name}` cannot be set: it is final, constant, or computed from other parameters",
             "set the parameters that it is computed from, or change the model",
         )
     return parameter
+
+
+def compiles_again(program: Program, parameter: ParameterSlot) -> bool:
+    """Whether another value makes another model: it is structural, or stands in the place of a
+    formula of other parameters."""
+    if parameter.settable or parameter.structural:
+        return parameter.structural
+    column = columns_of(program).get(parameter.name)
+    public = column is None or not column.protected
+    known = parameters_of(program)
+    return public and not parameter.final and bool(_computed_from(program, parameter.name, known))
+
+
+def differs(kernel: Kernel, parameter: ParameterSlot, value: float) -> bool:
+    """Whether a value that compiles again is another one; the kernel is at its defaults. What a
+    formula gives there it may not give where other parameters are set."""
+    return not parameter.structural or bool(kernel.w[parameter.slot] != value)
 
 
 def _sources(program: Program, name: str) -> list[str]:

@@ -12,6 +12,7 @@ import pytest
 import planarc
 from planarc import Model, Recompiled, UsageError
 from planarc.api.values import elements_of
+from planarc.cli.app import run
 
 KINDS = """package Kinds
   type Mode = enumeration(slow, fast);
@@ -240,3 +241,60 @@ def test_values_with_units_are_taken_everywhere() -> None:
     assert study["rod.m"].tolist() == [0.5, 1.0]
     with pytest.raises(planarc.UsageError, match=r"C115.*`rod\.m` takes a value in `kg`"):
         model.simulate(parameters={"rod.m": "5m"})
+
+
+FORMULAS = """model Formulas
+  parameter Real a = 1;
+  parameter Real b = 2*a;
+  parameter Real v[2] = {a, 3*a};
+  final parameter Real c = 4*a;
+  Modelica.Blocks.Nonlinear.Limiter limiter(uMax=2);
+  Real x(start=0, fixed=true);
+protected
+  parameter Real h = 5*a;
+equation
+  limiter.u = -9;
+  der(x) = b;
+end Formulas;"""
+
+
+@pytest.fixture(scope="module")
+def formulas() -> Model:
+    return planarc.load(FORMULAS)
+
+
+def test_a_number_takes_the_place_of_a_formula(formulas: Model) -> None:
+    """Also one that the formula gives for the defaults: it is to stay, whatever `a` is."""
+    for b in (5, 2):
+        with pytest.warns(Recompiled, match="`b` is computed from others: the model is compiled"):
+            result = formulas.simulate(1, parameters={"a": 3, "b": b})
+        assert (result["a"][0], result["b"][0], result["x"][-1]) == (3, b, pytest.approx(b))
+    with pytest.warns(Recompiled, match="`limiter.uMin`"):
+        result = formulas.simulate(1, parameters={"limiter.uMin": -1, "v": [7, 8]})
+    assert (result["limiter.y"][-1], result["v[2]"][0], result["b"][0]) == (-1, 8, 2)
+    assert formulas.simulate(1, parameters={"a": 3})["b"][0] == 6
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("c", "R405"), ("h", "R405"), ("v[1]", r"C205.*`v\[2\]` is computed")]
+)
+def test_not_every_formula_gives_way(formulas: Model, name: str, told: str) -> None:
+    with pytest.raises(UsageError, match=f"(?s){told}"):
+        formulas.simulate(1, parameters={name: 1})
+
+
+def test_a_study_keeps_a_formula_that_it_does_not_vary(formulas: Model) -> None:
+    with pytest.warns(Recompiled):
+        table = planarc.sweep(formulas, {"a": [1, 2]}, metric=["b"], parameters={"b": 7})
+    assert list(table["b"]) == [7, 7]
+    with pytest.raises(UsageError, match=r"(?s)R405.*one value for all runs"):
+        planarc.sweep(formulas, {"b": [1, 2]}, metric=["x"])
+
+
+def test_a_result_is_read_with_the_number_in_the_place_of_a_formula(tmp_path: Path) -> None:
+    file, table = tmp_path / "formulas.pmo", tmp_path / "formulas.csv"
+    file.write_text(FORMULAS, "utf-8")
+    given = ["--set", "a=3", "--set", "b=2", "--output", str(table), "--no-report"]
+    assert run(["simulate", str(file), *given]) == 0
+    found = planarc.read(table)
+    assert (found["a"][0], found["b"][0], found["x"][-1]) == (3, 2, pytest.approx(2))
