@@ -23,18 +23,14 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import (
     Diagnostic,
     Exhausted,
-    Limited,
-    Oversized,
     PlanarcError,
     Related,
     Repelling,
     Runaway,
-    Secondary,
     Severity,
-    Sparse,
-    Still,
     UsageError,
     led_to,
+    unexplained,
 )
 from planarc.core.interruption import Interruption
 from planarc.core.options import RunOptions
@@ -138,7 +134,7 @@ class Run:
         every = (*outcome.diagnostics, *result.warnings)
         repelling = next((d for d in every if isinstance(d, Repelling)), None)
         reason = repelling or next((d for d in every if isinstance(d, Runaway)), None)
-        warnings = _unexplained(outcome.diagnostics, result.warnings)
+        warnings = unexplained(outcome.diagnostics, result.warnings)
         ended = result.ended
         if reason is not None and isinstance(ended, Exhausted):
             outcome.diagnostics = tuple(d for d in outcome.diagnostics if d is not reason)
@@ -233,29 +229,6 @@ def _exit_of(result: Result) -> Exit:
     if not len(result.time):
         return Exit.MODEL  # it has no start
     return Exit.INTERRUPTED if isinstance(result.ended, Interrupted) else Exit.RUN
-
-
-def _unexplained(told: Sequence[Diagnostic], found: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """What was found in a run and no other message explains."""
-    places = {d.span for d in told if d.severity is Severity.WARNING}
-    fleeing = any(isinstance(d, Repelling) for d in (*told, *found))
-    oversized = any(isinstance(d, Oversized) for d in found)
-
-    def is_explained(d: Diagnostic) -> bool:
-        match d:
-            case Runaway():
-                return fleeing
-            case Still():
-                return bool(places)
-            case Sparse():
-                return oversized
-            case Limited():
-                return fleeing or d.span in places
-            case Secondary():
-                return d.span in places
-        return False
-
-    return [d for d in found if not is_explained(d)]
 
 
 def _idle_inputs(result: Result) -> Iterator[Diagnostic]:

@@ -258,6 +258,30 @@ def in_one(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(w for w in found if w not in loose)
 
 
+def unexplained(told: Iterable[Diagnostic], found: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """What was found in a run and no other message explains."""
+    told, found = tuple(told), tuple(found)
+    places = {d.span for d in told if d.severity is Severity.WARNING}
+    fleeing = any(isinstance(d, Repelling) for d in (*told, *found))
+    oversized = any(isinstance(d, Oversized) for d in found)
+
+    def is_explained(d: Diagnostic) -> bool:
+        match d:
+            case Runaway():
+                return fleeing
+            case Still():
+                return bool(places)
+            case Sparse():
+                return oversized
+            case Limited():
+                return fleeing or d.span in places
+            case Secondary():
+                return d.span in places
+        return False
+
+    return [d for d in found if not is_explained(d)]
+
+
 def _names(error: Diagnostic, span: Span | None) -> bool:
     return span is not None and (error.span == span or any(r.span == span for r in error.related))
 

@@ -16,10 +16,12 @@ from time import monotonic
 from msgspec.structs import replace
 
 from planarc.api.model import Model
+from planarc.api.result import Result
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, mistake
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, mistake, unexplained
 from planarc.core.options import RunOptions
 from planarc.ir.result import Interrupted
+from planarc.solve.doubts import doubts
 from planarc.study.metric import Metrics
 
 
@@ -30,6 +32,7 @@ class Outcome(Data):
     values: dict[str, float] | None
     failed: str | None = None
     lost: bool = False  # its process died or took too long: worth another try
+    warnings: tuple[Diagnostic, ...] = ()  # of the run, but those of the request alone
 
 
 class Task(Data):
@@ -69,8 +72,9 @@ def _options(options: RunOptions, task: Task) -> RunOptions:
 
 
 def run_point(payload: Payload, task: Task) -> Outcome:
+    options = _options(payload.options, task)
     try:
-        result = payload.model.run(_options(payload.options, task))
+        result = payload.model.run(options)
     except PlanarcError as problem:
         if isinstance(problem.diagnostics[0], Interrupted):  # the whole study is meant
             raise KeyboardInterrupt from None
@@ -78,9 +82,19 @@ def run_point(payload: Payload, task: Task) -> Outcome:
     except Exception as bug:
         return Outcome(task.index, None, mistake(bug).message)
     try:
-        return Outcome(task.index, payload.metrics(result))
+        values = payload.metrics(result)
     except (Exception, SystemExit) as problem:
         return Outcome(task.index, None, f"the metric fails: {_what(problem)}")
+    return Outcome(task.index, values, warnings=_warnings(payload.model, options, result))
+
+
+def _warnings(model: Model, options: RunOptions, result: Result) -> tuple[Diagnostic, ...]:
+    """What a run warns of, but what its request shows: the study tells of that before."""
+    if not result.warnings:
+        return ()
+    asked = doubts(model.program, options)
+    found = unexplained(model.warnings, result.warnings)
+    return tuple(w for w in found if w.severity is Severity.WARNING and w not in asked)
 
 
 def _what(problem: BaseException) -> str:

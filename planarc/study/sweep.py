@@ -33,6 +33,7 @@ from planarc.study.journal import Journal
 from planarc.study.metric import Metric, judge_metrics, read_metric
 from planarc.study.points import Point, grid
 from planarc.study.table import Failure, Study
+from planarc.study.told import Told
 from planarc.study.workers import outcomes_of
 
 __all__ = ["Failure", "Study", "StudyInterrupted", "sweep"]
@@ -95,21 +96,23 @@ def sweep(
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
     warnings = (*_doubts(model, tasks, options), *judge_metrics(metrics, model.program))
+    told = Told()
     book = _journal(journal, payload, table)
     done = {i: o for i, o in book.done.items() if 0 <= i < len(tasks)} if book else {}
     try:
         with _watcher(progress) as watch:
             for outcomes in outcomes_of(payload, tasks, done, workers, client, limit):
-                done.update((o.index, o) for o in outcomes)
+                done.update((o.index, o) for o in told.take(outcomes))
                 if book:
                     book.add(o for o in outcomes if not o.lost)
                 watch(len(done), len(tasks), sum(o.values is None for o in done.values()))
     except KeyboardInterrupt:
+        warnings += told.warnings()
         raise StudyInterrupted(_study(table, done, payload, warnings)) from None
     finally:
         if book:
             book.close()
-    return _study(table, done, payload, warnings)
+    return _study(table, done, payload, warnings + told.warnings())
 
 
 def _asked(model: Model, client: Any, limit: Any) -> float:

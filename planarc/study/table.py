@@ -33,7 +33,8 @@ class Study(Data):
     """The table of a study; `study["max(w)"]` is a column.
 
     `rows` are points with their metrics (None where the point failed), `failures` the points that
-    have none; `units` are those of columns that have one. Going through a study gives its rows as
+    have none; `units` are those of columns that have one; `warnings` those of the request and of
+    the runs, each once. Going through a study gives its rows as
     dicts, and `len` is the number of points.
     """
 

@@ -47,6 +47,26 @@ def test_values_beyond_their_bounds_are_told_once(tmp_path: Path) -> None:
     assert not planarc.sweep(model, {"d": [0.0, 2.0]}, "x", workers=1).warnings
 
 
+WARNING = """model Warns
+  parameter Real d = 1;
+  Real x = d*time;
+equation
+  assert(x < 2, "x[1] grew to " + String(d), AssertionLevel.warning);
+  assert(x > -2, "it fell", AssertionLevel.warning);
+end Warns;"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_runs_warn_of_is_told_once_with_their_number(workers: int) -> None:
+    model = planarc.load(WARNING)
+    study = planarc.sweep(model, {"d": [1.0, 3.0, 5.0, -4.0]}, "x", workers=workers)
+    grew, fell = (d.message for d in study.warnings)
+    assert "grew to 3" in grew
+    assert grew.endswith(" (in 2 runs, first at point 2)")
+    assert fell.endswith(" (in 1 run, point 4)")
+    assert not planarc.sweep(model, {"d": [1.0]}, "x", workers=workers).warnings
+
+
 def test_metrics_are_texts_functions_and_mappings(decay: Model) -> None:
     def both(result: Result) -> dict[str, float]:
         return {"first": result["x"][0], "last": result["x"][-1]}
