@@ -72,7 +72,15 @@ OPEN = {"held": 0.0, "way": float(IDLE), "impulse": 0.0, "low": 0.0}
 class Impacts:
     """What is remembered of a run's touches."""
 
-    def __init__(self, program: Program, kernel: Kernel, span: float, tolerance: float) -> None:
+    def __init__(
+        self,
+        program: Program,
+        kernel: Kernel,
+        span: float,
+        tolerance: float,
+        fixed_step: float | None = None,
+    ) -> None:
+        self._fixed_step = fixed_step
         self._least, self._tolerance = min(SHARPEST / tolerance, 1.0), tolerance
         self.sharpness = 1.0  # part of the tolerance that suits the bounces under way
         self._short, self._low = SHORT * span, math.cbrt(tolerance)
@@ -121,9 +129,12 @@ class Impacts:
         before = {name: self._touches.get(name) for name in READ}
         gap, speed = before["gap"] - before["low"], np.abs(before["v"])
         least = DEEP if self._begins else max(DEEP, self._tolerance)
-        deepest, self._begins = MORE * np.minimum(before["low"], 0.0) - least, False
+        deepest = MORE * np.minimum(before["low"], 0.0) - least
+        begins, self._begins = self._begins, False
         deep = np.flatnonzero((before["held"] == 0) & (gap < deepest))
         if len(deep):
+            if self._fixed_step is not None and not begins:
+                return [], messages.stepped_over(self._touches, int(deep[0]), gap, t)
             return [], messages.overlapping(self._touches, int(deep[0]), gap, t)
         moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
         before["held"][speed > MOVES + MOVED * moves] = 0.0

@@ -115,6 +115,16 @@ def overlapping(touches: Touches, i: int, gaps: Vector, t: float) -> Diagnostic:
     return replace(found, message=message, hint=f"{found.hint}{_turned(touches, way, value)}")
 
 
+def stepped_over(touches: Touches, i: int, gaps: Vector, t: float) -> Diagnostic:
+    """The refusal where a step of fixed length ends with the contours of a touch in each other."""
+    found = overlap(touches, i, f"{-float(gaps[i]):.3g}", t)
+    hint = (
+        "a fixed step goes past the instant at which they meet: leave `--solver` and "
+        "`--fixed-step` out, or take `--contact stepping` in the place of `--solver`"
+    )
+    return replace(found, hint=hint)
+
+
 def _touching(touches: Points, i: int) -> str:
     return touches.all[i].name.removesuffix(".rigid").removesuffix(".touch")
 

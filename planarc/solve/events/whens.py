@@ -171,7 +171,7 @@ def _impacts(program: Program, kernel: Kernel, request: Request) -> Impacts | No
         return None
     from planarc.solve.contact.impacts import Impacts
 
-    return Impacts(program, kernel, request.span, request.tolerance)
+    return Impacts(program, kernel, request.span, request.tolerance, request.fixed_step)
 
 
 def _value(action: Reinit, read: Reader) -> float | None:
