@@ -10,8 +10,8 @@ mechanism. Its own motions keep to
     gap = low,  v = 0,  and where it sticks slip = 0.
 
 By the derivatives of these by the states x, in echelon form, some states follow from others z:
-dx = lift*dz. The linear model in z is exact, since the true motion never leaves that surface. States
-that are parameters which the start finds do not move at all.
+dx = lift*dz. The linear model in z is exact, since the true motion never leaves that surface.
+States that are parameters which the start finds do not move at all.
 
 Example: a ball that rests on the ground and rolls has x, y, phi and their rates for states; of
 these y, v_y and v_x follow from the others.
