@@ -149,13 +149,14 @@ def _whole(traits: Traits, entries: Entries) -> str:
     from planarc.instance.stiff import stiff_functions
     from planarc.instance.stored import stored_functions
     from planarc.instance.uneventful import uneventful_functions
+    from planarc.instance.within import within_functions
 
     touches, delayed, crowded = traits.touches, traits.delayed, traits.crowded
     apart, events = traits.apart, uneventful_functions()
     if traits.eventful:
         events = (*relation_functions(), *instant_functions(delayed), *settling_functions(),
                   *event_functions(delayed, entries.tells, apart, crowded),
-                  *end_functions())  # fmt: skip
+                  *end_functions(), *within_functions())  # fmt: skip
     functions = (
         *block_functions(delayed, apart, crowded),
         *(stored_functions(entries.by_uri, entries.as_shown) if apart else ()),

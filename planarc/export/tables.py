@@ -19,7 +19,7 @@ from planarc.export.image import Image
 from planarc.export.pruned import FUNCTION, numbers_of
 from planarc.instance.actions import endings
 from planarc.instance.block import BYTE, load_narrow
-from planarc.instance.plan import Own, Phase, Plan, Stale, Table, count_loops, starts_anew
+from planarc.instance.plan import Own, Phase, Plan, Stale, Table, count_loops, starts_anew, swings
 from planarc.instance.relations import relation_table
 from planarc.instance.text import text_constant
 from planarc.ir.dae import INITIAL, START_TIME, TERMINAL
@@ -89,6 +89,7 @@ def plan_table(
         Table.PACKED: unpacked,
         Table.SLOPES: int(slopes),
         Table.STORED: stored,
+        Table.SWINGS: swings(program, image.timed),
         Table.POINTERS: len(told),
     }
     return table("px_plan", (*(numbers[k] for k in Table), *(n for pair in told for n in pair)))
@@ -117,6 +118,7 @@ def counts(program: Program) -> dict[Table, int]:
         Table.NONLINEAR: sum(not b.linear for b in program.blocks),
         Table.TOUCHES: len(Points(program).all),
         Table.LOOPS: count_loops(program),
+        Table.SWINGS: swings(program),
     }
 
 

@@ -18,6 +18,7 @@ events      what happens at an instant, at the start and at the end
 contact     impacts, stops, friction of rigid bodies (`impact`)
 crowd       steps of one length, for very many bodies (`crowd`)
 ends        steps that end at events
+within      crossings within a step that neither its stages nor its end show
 uneventful  the same for models without any
 stiff       implicit steps
 slopes      exact derivatives by states and inputs

@@ -25,6 +25,7 @@ from planarc.ir.derivatives import CHUNK, Head, Passing
 from planarc.ir.frame import Frame, place
 from planarc.ir.program import ParameterSlot, Program
 from planarc.runtime.history import Memory
+from planarc.solve.events.instants import by_way_of_variables, lines_of_time
 
 
 class Own(IntEnum):
@@ -51,6 +52,7 @@ class Own(IntEnum):
     DISCRETES = auto()  # slots of each discrete variable
     CONSTANTS = auto()  # numbers of statements that are carried out, the first one last
     OPERATIONS = auto()  # those of statements that are carried out: no state
+    LOOKS = auto()  # zero functions at some times within a step (`Look`): no state
     ROUTE = auto()  # room for a way that is gone in parts (`reaching`): no state
     ROWS = auto()  # places that loops over equal statements read and set
     SLOPE_ROWS = auto()  # those of the derivatives, behind the first of their operations
@@ -127,7 +129,27 @@ class Row(IntEnum):
     STRICT = auto()
     OF_TIME = auto()
     TIMED = auto()  # its instant is known
+    SWINGS = auto()  # a `Swing`: what it hangs on, where it may switch often within a step
     TOUCH = auto()  # it belongs to a touch, whose operator sets what it compares
+
+
+class Swing(IntEnum):
+    """What relations hang on that may switch any number of times within a step."""
+
+    NOTHING = 0  # there is none
+    TIME = auto()  # time alone
+    STATES = auto()
+
+
+class Look(IntEnum):
+    """Times within a step at which zero functions are kept, where any swings."""
+
+    EARLIEST = 0  # of its stages
+    EARLIER = auto()
+    LATER = auto()
+    LATEST = auto()
+    HERE = auto()  # where it was looked at last
+    MANY = auto()  # of so many as `LOOKS` the first one
 
 
 class Touch(IntEnum):
@@ -216,7 +238,8 @@ class Table(IntEnum):
     SLOPES = 24  # 1 where the model can be differentiated
     STORED = 25  # words of the file of numbers, 0: there is none
     LOOPS = 26  # blocks that Newton's method solves from a point near by
-    POINTERS = 27  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
+    SWINGS = 27  # a `Swing`
+    POINTERS = 28  # where arrays begin, for the words `Frame.W` ... and `Own.Y` ...
 
 
 class Shelf(IntEnum):
@@ -245,6 +268,8 @@ class Told(IntEnum):
 SNAPSHOTS, PASSES = 3, 100
 #: Stages of a step of the integrator, and vectors that it needs besides.
 STAGES = 10
+#: Looks within a step that are kept at once.
+LOOKS = 10
 
 #: Room for a message with its values put in.
 LETTERS = 512
@@ -344,8 +369,10 @@ def make_plan(
     begins = list(accumulate(unpacked.values(), initial=room))
     homes += [(int(k), at) for k, at in zip(unpacked, begins, strict=False)]
     room = begins[-1]
-    homes += [(int(Own.OPERATIONS), room), (int(Own.ROUTE), room + operations)]
-    room += operations + (n + placed.accepted if loops else 0)
+    looks = (Look.MANY + LOOKS) * len(program.relations) if swinging(program) else 0
+    homes += [(int(Own.OPERATIONS), room), (int(Own.LOOKS), room + operations)]
+    homes += [(int(Own.ROUTE), room + operations + looks)]
+    room += operations + looks + (n + placed.accepted if loops else 0)
     homes += [(int(Own.TEXT), room)]
     room += LETTERS // 8 + values
     if packed:
@@ -359,6 +386,24 @@ def make_plan(
 def count_loops(program: Program) -> int:
     """The blocks that Newton's method solves from a point near by."""
     return sum(bool(b.residuals) and not b.linear for b in program.blocks)
+
+
+def swinging(program: Program, timed: Collection[int] = ()) -> dict[int, Swing]:
+    """The relations that may switch any number of times within a step, and what they hang on: all
+    that follow from time, but as lines over it, and where a sine of states may."""
+    by_way, lines = by_way_of_variables(program), lines_of_time(program)
+    found = {i: Swing.STATES for i, r in enumerate(program.relations) if r.waves}
+    found |= {i: Swing.TIME for i, r in enumerate(program.relations) if r.time_only or i in by_way}
+    return {i: swing for i, swing in found.items() if i not in lines and i not in timed}
+
+
+def swings(program: Program, timed: Collection[int] = ()) -> Swing:
+    """What these hang on."""
+    found = swinging(program, timed)
+    if not found:
+        return Swing.NOTHING
+    alone = all(program.relations[i].time_only for i in found)  # by itself, not by way of others
+    return Swing.TIME if alone else Swing.STATES
 
 
 def event_sizes(program: Program, seen: int) -> dict[int, int]:

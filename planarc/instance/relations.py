@@ -23,7 +23,7 @@ from collections.abc import Collection
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function, table
 from planarc.codegen.native.newton import open_frame
 from planarc.instance.block import constant, larger, plan, whole
-from planarc.instance.plan import Own, Relation, Row, Table
+from planarc.instance.plan import Look, Own, Relation, Row, Table, swinging
 from planarc.ir.program import Program
 from planarc.solve.contact.touches import Points
 from planarc.solve.events.crossings import FURTHER_OFF, NOISE, QUIET
@@ -47,9 +47,9 @@ def zero_functions() -> tuple[str, ...]:
 
 def relation_table(program: Program, timed: Collection[int]) -> str:
     """Rows as of `plan.Row`; `timed` are relations whose instants are known."""
-    touching = Points(program).components
+    touching, swings = Points(program).components, swinging(program, timed)
     rows = (
-        (r.slot, r.strict, r.time_only, i in timed, r.component in touching)
+        (r.slot, r.strict, r.time_only, i in timed, swings.get(i, 0), r.component in touching)
         for i, r in enumerate(program.relations)
     )
     return table("px_relations", (int(n) for row in rows for n in row))
@@ -58,6 +58,11 @@ def relation_table(program: Program, timed: Collection[int]) -> str:
 def numbers_of(c: Code, m: Value, which: Relation) -> Value:
     """An array with a number for each relation."""
     return m.load(POINTER, Own.RELATIONS).at(plan(c, Table.RELATIONS) * int(which))
+
+
+def looked(c: Code, m: Value, which: Look) -> Value:
+    """Zero functions at a time within a step."""
+    return m.load(POINTER, Own.LOOKS).at(plan(c, Table.RELATIONS) * int(which))
 
 
 def told(c: Code, i: Value, which: Row) -> Value:

@@ -2,7 +2,8 @@
 
     px_begin(block) -> flag            what happens where the last step ended, and the first slopes
     px_try(block, most) -> flag        a step that ends at `most` at the latest
-    px_between(block, t, states)       the states within the last step, of order 4
+    px_between(block, t, states)       the states within the last step, of order 4; of order 3
+                                       where it is one of `stiff`
 
 Where the parameter `_stiff` says so, steps are those of `stiff`, and end where the host's do.
 
@@ -10,11 +11,11 @@ A step is as long as its errors allow, and the states at `end` are looked up wit
 short steps of a host cost as much as few long ones. Where loops are to be closed no step is longer
 than a hundredth of the run. After the host has set something the first step ends at `end` at the
 latest. Every step ends at events (`ends`), right behind the first crossing of a relation on its
-way; they happen before the next step, or where the host arrives there; a host that
-wants to handle them itself (`Own.EVENTS`) is told by `Own.CALLED`, and where steps may end early
-(`Own.EARLY`) an event ends them. What is accepted becomes
-the point that nonlinear blocks start from; where the states go bad there, others are taken before
-the next step.
+way: its stages and its end show that, and where a relation swings looks within it (`within`). They
+happen before the next step, or where the host arrives there; a host that wants to handle them
+itself (`Own.EVENTS`) is told by `Own.CALLED`, and where steps may end early (`Own.EARLY`) an event
+ends them. What is accepted becomes the point that nonlinear blocks start from; where the states go
+bad there, others are taken before the next step.
 
 Reference: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6(1), 1980, 19-26; the states
 within a step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
@@ -44,10 +45,10 @@ from planarc.instance.block import (
     whole,  # fmt: skip
 )
 from planarc.instance.instants import due
-from planarc.instance.plan import Own, Table
-from planarc.instance.relations import attempt
+from planarc.instance.plan import Look, Own, Relation, Table
+from planarc.instance.relations import attempt, looked, numbers_of
 
-_NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
 _ROWS = (
     (),
     (1 / 5,),
@@ -57,6 +58,8 @@ _ROWS = (
     (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
+#: The stages whose zero functions are kept for a look at what lies between (`within`).
+NOTED = {1: Look.EARLIEST, 2: Look.EARLIER, 3: Look.LATER, 4: Look.LATEST}
 #: The result of order 5 minus that of order 4.
 _ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 _SAFETY, _LEAST, _MOST, _FAILED, _HALF = 0.9, 0.2, 5.0, 0.25, 0.5
@@ -67,6 +70,8 @@ _DENSE = (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -106907639
 TRIAL, BEGIN, END = 7, 8, 9
 #: First step of all, and steps below this part of the time are none.
 _FIRST, _NONE = 1e-4, 1e-14
+#: Longest step behind a crossing of what swings, in lengths of the step to there.
+_SOON = 4.0
 #: Longest step of models with relations or loops, in units of `Own.AHEAD`.
 _LONGEST = 1e5
 
@@ -113,11 +118,15 @@ def _stages(c: Code, m: Value, t: Value, h: Value) -> None:
     trial = vector(c, m, TRIAL)
     for k in range(1, 7):
         c.run("px_combine", m, h, _weights(c, _ROWS[k]), whole(c, k))
-        flag = c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, vector(c, m, k))
+        flag = c.call(FLAG, "pc_rhs", m, t + h * NODES[k], trial, vector(c, m, k))
         with c.when(~flag.equals(0), leaves=True):
             c.give(flag)
         with c.when(plan(c, Table.INDICATORS) > 0):
-            c.run("px_watch", m, t + h * _NODES[k], c.constant(_NODES[k], REAL))
+            c.run("px_watch", m, t + h * NODES[k], c.constant(NODES[k], REAL))
+        if k in NOTED:
+            with c.when(plan(c, Table.SWINGS) > 0):
+                zeros = numbers_of(c, m, Relation.TRIAL)
+                c.run("px_copy", looked(c, m, NOTED[k]), zeros, plan(c, Table.RELATIONS))
     c.give(0)
 
 
@@ -154,6 +163,9 @@ def _between(c: Code, m: Value, t: Value, out: Value) -> None:
         for k, weight in enumerate(_DENSE):
             if weight:
                 more.set(more.get() + slopes.load(REAL, n * k + i) * weight)
+        # Those of `stiff` are none, and nobody looks there but where something swings.
+        with c.when((plan(c, Table.SWINGS) > 0) & (m.load(REAL, Own.STIFF) > 0.0)):
+            more.set(0.0)
         change = end.load(REAL, i) - begin.load(REAL, i)
         bend = h * slopes.load(REAL, i) - change
         other = change - h * slopes.load(REAL, n * 6 + i) - bend
@@ -234,6 +246,8 @@ def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
         c.give(1)
     c.jump(again)
     c.begin(accepted)
+    with c.when((plan(c, Table.SWINGS) > 0) & (h > 0.0)):
+        c.run("px_within", m, t, h)
     node, length = m.load(REAL, Own.NODE), c.variable(h)
     with c.when(node <= 1.0):
         length.set(c.call(REAL, "px_locate", m, t, h * node))
@@ -246,6 +260,9 @@ def _try(c: Code, m: Value, most: Value, delayed: bool) -> None:
     m.store(whole(c, 1), Own.EXACT)
     if delayed:
         _leave_behind(c, m, t, length.get(), step, least, again)
+    with c.when(cut & (plan(c, Table.SWINGS) > 0)):  # what swings crosses again soon
+        soon = length.get() * _SOON
+        step.set(c.select(soon < step.get(), soon, step.get()))
     more = c.call(REAL, "pow", larger(c, ratio.get(), 1e-300), c.constant(-0.2, REAL)) * _SAFETY
     more = c.select(more < _MOST, more, _MOST)
     more = c.select(more > _LEAST, more, _LEAST)

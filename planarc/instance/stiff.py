@@ -6,8 +6,9 @@
 
 With J the Jacobian and E = I/(g*h) - J, each stage solves E*K_i = f(t + n_i*h, y + sum a_ij*K_j)
 + sum (c_ij/h)*K_j + h*d_i*df/dt: there is nothing to iterate. Very stiff parts die out at once.
-Where the model has no exact derivatives, J is a difference; so is df/dt. What happens within such
-a step is not known as exactly as its end, and not looked at.
+Where the model has no exact derivatives, J is a difference; so is df/dt. The states within such a
+step are not known as exactly as its end: good enough to look there for crossings (`within`), which
+steps that end there then show.
 
 Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer
 1996, section IV.7 (RODAS).
@@ -18,7 +19,8 @@ from __future__ import annotations
 from planarc.codegen.native.assembly import FLAG, INT, POINTER, REAL, Code, Value, function
 from planarc.codegen.native.newton import open_frame
 from planarc.instance.block import larger, nominal_of, plan, whole
-from planarc.instance.plan import Own, Table
+from planarc.instance.plan import Look, Own, Table
+from planarc.instance.relations import looked
 from planarc.instance.slopes import has_slopes
 from planarc.instance.steps import BEGIN, TRIAL, vector
 from planarc.ir.derivatives import CHUNK, Passing
@@ -26,7 +28,7 @@ from planarc.ir.frame import Number
 from planarc.ir.newton import DIFFERENCE
 
 _GAMMA = 0.25
-_NODES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
+NODES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
 _OF_TIME = (0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0)
 #: The last stages begin where the one before ended: y + sum a_5j*K_j + K_5, and + K_6 at the end.
 _ROWS = (
@@ -46,6 +48,8 @@ _BEFORE = (
     (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136,
      -6.058818238834054),
 )  # fmt: skip
+#: The stages whose zero functions are kept, as of `steps.NOTED`.
+NOTED = {1: Look.EARLIER, 3: Look.LATER}
 #: What is stiff is not followed as closely as the rest: least relative error of a step.
 _LEAST = 1e-8
 #: A step so short has no length: its states are those that it begins with.
@@ -149,7 +153,10 @@ def _stiff(c: Code, m: Value, t: Value, h: Value) -> None:
             with c.loop(n) as i:
                 terms = [stages[j].load(REAL, i) * a for j, a in enumerate(_ROWS[k])]
                 trial.store(sum(terms, begin.load(REAL, i)), i)
-            attempt(c.call(FLAG, "pc_rhs", m, t + h * _NODES[k], trial, room.right))
+            attempt(c.call(FLAG, "pc_rhs", m, t + h * NODES[k], trial, room.right))
+            if k in NOTED:
+                with c.when(plan(c, Table.SWINGS) > 0):
+                    c.call(FLAG, "pc_zeros", m, t + h * NODES[k], looked(c, m, NOTED[k]))
         with c.loop(n) as i:
             own = (room.right if k else first).load(REAL, i)
             before = [stages[j].load(REAL, i) * a for j, a in enumerate(_BEFORE[k])]

@@ -1,6 +1,7 @@
 """What stands in the place of events in a model that has none.
 
-The functions have the names and flags of those in `events`, `relations`, `instants` and `ends`.
+The functions have the names and flags of those in `events`, `relations`, `instants`, `ends` and
+`within`.
 """
 
 from __future__ import annotations
@@ -31,6 +32,9 @@ define void @px_finish(ptr %m) nounwind {{
   ret void
 }}
 define void @px_watch(ptr %m, double %t, double %part) nounwind {{
+  ret void
+}}
+define void @px_within(ptr %m, double %t, double %h) nounwind {{
   ret void
 }}
 define double @px_locate(ptr %m, double %t, double %most) nounwind {{

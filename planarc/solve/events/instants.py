@@ -160,6 +160,40 @@ def time_functions(program: Program, kernel: Kernel, start: float) -> dict[int, 
     return {i: TimeFunction(program, kernel, zero, lets) for i, zero in alone.items()}
 
 
+@once
+def lines_of_time(program: Program) -> frozenset[int]:
+    """The relations of time alone whose zero functions are written as lines over it."""
+    degrees: dict[Expr, int] = {}
+    for s in program.roots:
+        if isinstance(s, Let):
+            degrees[s.target] = _degree(s.value, degrees)
+    alone = ((i, r.zero) for i, r in enumerate(program.relations) if r.time_only)
+    return frozenset(i for i, zero in alone if _degree(zero, degrees) <= 1)
+
+
+def _degree(root: Expr, known: Mapping[Expr, int]) -> int:
+    """0 of a formula without time, 1 of a line over it, 2 of any other; symbols as known."""
+    found: dict[Expr, int] = {}
+    for e in postorder((root,)):
+        below_it = [found[a] for a in e.args]
+        most = max(below_it, default=0)
+        match e.op:
+            case Op.TIME:
+                degree = 1
+            case Op.SYMBOL:
+                degree = known.get(e, 0)
+            case Op.ADD | Op.NEG:
+                degree = most
+            case Op.MUL:
+                degree = sum(below_it)
+            case Op.DIV:
+                degree = below_it[0] + 2 * below_it[1]
+            case _:
+                degree = 2 * most
+        found[e] = min(degree, 2)
+    return found[root]
+
+
 def known_functions(program: Program, kernel: Kernel) -> dict[int, TimeFunction]:
     """The zero functions of the relations that have a value before anything is solved."""
     relations, lets = _known(program)
@@ -188,7 +222,7 @@ def _known(program: Program) -> tuple[list[int], _Values]:
 
 def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFunction]:
     """The zero functions of time alone, also those that ask variables which are."""
-    by_way = _by_way_of_variables(program)
+    by_way = by_way_of_variables(program)
     found = time_functions(program, kernel, start)
     for i, lets in by_way.items():
         found[i] = TimeFunction(program, kernel, program.relations[i].zero, lets)
@@ -196,7 +230,7 @@ def _driven(program: Program, kernel: Kernel, start: float) -> dict[int, TimeFun
 
 
 @once
-def _by_way_of_variables(program: Program) -> dict[int, _Values]:
+def by_way_of_variables(program: Program) -> dict[int, _Values]:
     """The other relations whose zero functions follow from time, by the statements they need."""
     asked = [i for i, relation in enumerate(program.relations) if not relation.time_only]
     if not asked:
