@@ -64,7 +64,7 @@ class Bench:
         self.schedule = Schedule(program, kernel, request.start, request.stop)
         self.asserts = AssertWatch(program, kernel)
         self.recorder = Recorder(program, kernel, request.grid, self.asserts.slots)
-        self.delays = Delays(program, kernel, request.start, request.span)
+        self.delays = Delays(program, kernel, request.start, request.span, request.tolerance)
         form = _form(program)
         settings = Settings(
             request.tolerance,

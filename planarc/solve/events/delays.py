@@ -4,7 +4,8 @@ In:   Program, Kernel (parameters set), its `history`
 Out:  `Delays`   what the run tells at its start, at every step, at events
 
 On every step each signal is interpolated through its values at six points of the step,
-so that the past is as accurate as the integrator's own dense output. Steps are no longer
+so that the past is as accurate as the integrator's own dense output; where that does not meet a
+seventh, as of a sine of the time in a long step, through those of its halves. Steps are no longer
 than the shortest delay, so the past is always complete; only a delay that changes may ask
 for what lies ahead of it, and gets the tangent. A signal that changes at events only bounds
 no step: what lies ahead of its past, up to the next kink, is its last value.
@@ -22,7 +23,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 from planarc.core.diagnostic import Diagnostic, PlanarcError, error
@@ -44,21 +45,42 @@ SETTLED = 1e-12
 #: Steps before a longer one become part of its piece where they are shorter than this part of
 #: it: derivatives of short pieces would be rounding errors.
 NEGLIGIBLE = 0.08
+#: Times that a step is halved at most where a signal swings within it; where on it polynomials are
+#: checked, between points that they go through; how near they come, as a part of the tolerance.
+HALVINGS, CHECKED, ACCURACY = 10, 0.22, 0.1
 #: Part of its size by which a delay time may leave its limits.
 ROUNDING = 1e-12
 #: Part of its size by which a value jumps, and is not only inaccurate.
 JUMP = 1e-9
 
 
+class _Piece:
+    """Signals at the times of a part of a step, and the polynomials through them."""
+
+    def __init__(self, times: Sequence[float], values: Sequence[Sequence[float]]) -> None:
+        self.times, self.values = times, values
+
+    @cached_property
+    def terms(self) -> list[list[float]]:
+        return _fitted(self.times, self.values)
+
+    def says(self, there: Sequence[float], accuracy: float) -> bool:
+        """Whether they have these values at the time that is checked."""
+        found = (sum(c * CHECKED**k for k, c in enumerate(row)) for row in self.terms)
+        return all(_near(a, b, accuracy) for a, b in zip(found, there, strict=True))
+
+
 class Delays:
     """The delays of one run. Raises R461 for a delay time that is not positive."""
 
-    def __init__(self, program: Program, kernel: Kernel, start: float, span: float) -> None:
+    def __init__(
+        self, program: Program, kernel: Kernel, start: float, span: float, tolerance: float
+    ) -> None:
         self.present = bool(program.delays)
         self._kernel, self._codes, self._span = kernel, program.delays, span
         self._history, self._all_held = kernel.history, all(d.held for d in program.delays)
         self._intervals, self._most = list[float | None](), list[float]()
-        self._longest = 0.0
+        self._longest, self._accuracy = 0.0, ACCURACY * tolerance
         if self.present:
             read = Reader(program, kernel, start)
             self._intervals = [_interval(d, read) for d in program.delays]
@@ -70,6 +92,7 @@ class Delays:
         #: of each delay: kinks that have not come back yet, with their generation
         self._ahead: list[deque[tuple[float, int]]] = [deque() for _ in program.delays]
         self._last: list[float] = [0.0] * len(program.delays)
+        self._halved = False  # whether the last step was
         self._resumed = start  # the signals are smooth from here on
         self._rounds: list[list[float]] = []
         self.trouble: Diagnostic | None = None  # why the run cannot go on
@@ -123,21 +146,49 @@ class Delays:
         end = stepper.t
         if not end > begin:
             return True
-        values: list[Sequence[float]] = [self._last]
-        inner = () if self._all_held else _inner_points()
-        times = [begin, *(begin + x * (end - begin) for x in inner), end]
-        for t in times[1:]:
-            y = stepper.y if t == end else stepper.interpolate(t)
-            if self._kernel.outputs(t, y) != 0:
-                return False
-            values.append(self._signals())
-        first = max(self._resumed, begin - NEGLIGIBLE * (end - begin))
-        times[0], values[0] = self._history.merge(first, begin, values[0])
-        held = [[v, *(0.0,) * DEGREE] for v in values[-1]] if self._all_held else None
-        self._history.append(times[0], end, held or _fitted(times, values))
-        self._last = list(values[-1])
-        self._history.forget(end - self._longest)
+        pieces = self._pieces(stepper, begin, self._last, end, 0 if self._all_held else HALVINGS)
+        if not pieces:
+            return False
+        # What was halved says more than a longer piece would.
+        most = 0.0 if self._halved else NEGLIGIBLE * (pieces[0].times[-1] - begin)
+        self._halved = len(pieces) > 1
+        from_, values = self._history.merge(max(self._resumed, begin - most), begin, self._last)
+        if from_ != begin:
+            pieces[0] = _Piece([from_, *pieces[0].times[1:]], [values, *pieces[0].values[1:]])
+        for piece in pieces:
+            last = piece.values[-1]
+            held = [[v, *(0.0,) * DEGREE] for v in last] if self._all_held else None
+            self._history.append(piece.times[0], piece.times[-1], held or piece.terms)
+            self._last = list(last)
+        self._history.forget(begin - self._longest)  # rows of the step are still to be taken
         return self._in_range(end)
+
+    def _pieces(
+        self, stepper: Integrator, begin: float, before: Sequence[float], end: float, halvings: int
+    ) -> list[_Piece]:
+        """The signals of a part of the step, halved where one polynomial does not say them; nothing
+        where the equations could not be solved. The workspace is that of its end."""
+        inner = () if self._all_held else _inner_points()
+        times, values = [begin], [before]
+        checked = (CHECKED,) if halvings else ()
+        for t in (*(begin + x * (end - begin) for x in (*inner, *checked)), end):
+            y = stepper.y if t == stepper.t else stepper.interpolate(t)
+            if self._kernel.outputs(t, y) != 0:
+                return []
+            times.append(t)
+            values.append(self._signals())
+        if not halvings:
+            return [_Piece(times, values)]
+        there = values.pop(-2)
+        times.pop(-2)
+        whole, middle = _Piece(times, values), begin + (end - begin) / 2
+        if not begin < middle < end or whole.says(there, self._accuracy):
+            return [whole]
+        left = self._pieces(stepper, begin, before, middle, halvings - 1)
+        if not left:
+            return []
+        right = self._pieces(stepper, middle, left[-1].values[-1], end, halvings - 1)
+        return [*left, *right] if right else []
 
     def _in_range(self, t: float) -> bool:
         for d, most in zip(self._codes, self._most, strict=True):

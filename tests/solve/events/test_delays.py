@@ -36,6 +36,22 @@ def test_delay_of_a_sine(tmp_path: Path, backend: str) -> None:
     assert result["y"] == pytest.approx(exact, abs=1e-12)
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("fast", [30, 300])
+def test_delay_of_what_turns_often_within_a_step(tmp_path: Path, fast: int, solver: str) -> None:
+    """The states move evenly, so that steps are long."""
+    body = f"""
+      Real x(start=0, fixed=true);
+      Real y = delay(sin({fast}*time) + x, 0.5);
+    equation
+      der(x) = 0.1;
+      annotation(experiment(StopTime=10));
+    """
+    result = run(tmp_path, body, solver=solver)
+    late = np.maximum(result.time - 0.5, 0.0)
+    assert result["y"] == pytest.approx(np.sin(fast * late) + 0.1 * late, abs=1e-7)
+
+
 def by_steps(t: float) -> float:
     """der(x) = -x(t - 1), x = 1 up to 0: a polynomial on each step of length 1."""
     return math.fsum(
