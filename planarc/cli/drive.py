@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,7 +48,7 @@ def drive(
         table_destination(output)
     model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
-    motions = dict(_motion(item) for item in motion)
+    motions = _motions(motion)
     driven = model.drive(
         motions, stop_time=stop, intervals=intervals, parameters=values, start=starts
     )
@@ -78,6 +79,18 @@ def drive(
     if output is not None:
         console.say(f"{output} ({counted(len(driven.time), 'row')})")
     return 0
+
+
+def _motions(items: Sequence[str]) -> dict[str, Any]:
+    """The motions by coordinates, each given once."""
+    pairs = [_motion(item) for item in items]
+    motions = dict(pairs)
+    twice = next((name for name in motions if sum(n == name for n, _ in pairs) > 1), None)
+    if twice is not None:
+        raise usage_error(
+            "C256", f"the motion of `{twice}` is given twice", hint="leave one of them out"
+        )
+    return motions
 
 
 def _motion(item: str) -> tuple[str, Any]:

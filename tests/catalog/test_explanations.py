@@ -24,7 +24,7 @@ EXAMPLES = TESTS.parent / "examples"
 HEADS = {f.stem: re.findall(r"^## (\w*)", f.read_text("utf-8"), re.M) for f in FOLDER.glob("*.md")}
 EXPLAINED = [explain(code) for code in Code if code.name in HEADS[code.name[0]]]
 #: Codes that come with another one: too many equations here are too few elsewhere.
-COMPANIONS = {"S302": {"S303"}, "C243": {"S302", "S303"}, "R429": {"R456"}}
+COMPANIONS = {"S302": {"S303"}, "R429": {"R456"}}
 SHOWN = [e for e in EXPLAINED if e.example]
 
 

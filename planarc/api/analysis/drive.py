@@ -18,7 +18,6 @@ evaluation at T: exact, as no higher derivatives occur.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -26,17 +25,18 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from planarc import compiler, stages
+from planarc.api.analysis.driven_errors import ADDED, Motions
 from planarc.api.result import Result, RunStopped
 from planarc.api.signals import ForcedKernel, Motion, Signal, read_motion, table_span
 from planarc.api.values import Value, start_values
-from planarc.api.variant import NAME, variant_of
+from planarc.api.variant import variant_of
 from planarc.compiled import Compiled
 from planarc.core.arrays import Vector
 from planarc.core.clock import Clock
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, Severity, usage_error
+from planarc.core.diagnostic import PlanarcError, Severity, usage_error
 from planarc.core.options import RunOptions
-from planarc.core.prose import both, ticked
+from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.evaluate.value import evaluate
 from planarc.ir.dae import Dae, Equation
@@ -53,8 +53,6 @@ EFFORTS = {"phi": "tau", "s": "f"}
 #: Times at which a motion is looked at for a jump, halvings of the longest way, and the part of the
 #: largest position that a jump is at least.
 _TIMES, _HALVINGS, _SLIGHT = 200, 30, 1e-6
-#: Names of what is added to the model.
-_ADDED = "planarcMotion"
 
 
 class Driven(Data):
@@ -124,8 +122,13 @@ def drive(
     options = replace(options, values=settable, starts=starts)
     inner = compiled.load()
     kernel = ForcedKernel(inner, _force(program, inner, functions), begin)
-    rows = compiler.run(compiled, options, kernel=kernel)
-    shown = tuple(c for c in program.columns if not c.name.startswith(_ADDED))
+    told = Motions(coordinates, texts)
+    try:
+        rows = compiler.run(compiled, options, kernel=kernel)
+    except PlanarcError as problem:
+        raise told.stopped(problem) from None
+    rows = told.told_of_rows(rows)
+    shown = tuple(c for c in program.columns if not c.name.startswith(ADDED))
     result = Result(replace(rows, program=replace(program, columns=shown)), compiled)
     if rows.ended is not None and rows.ended.severity is Severity.ERROR:
         raise RunStopped(rows.ended, result)
@@ -204,7 +207,7 @@ def _start_at(
 
 def _force(program: Program, kernel: Kernel, functions: Mapping[int, Motion]) -> Any:
     """Values by slot at a time: the parameters of the motions, and what depends on them."""
-    names = {k: [f"{_ADDED}{k}{part}" for part in "qvaT"] for k in functions}
+    names = {k: [f"{ADDED}{k}{part}" for part in "qvaT"] for k in functions}
     moving = {name for found in names.values() for name in found}
     dependent: list[tuple[str, Expr]] = []
     for s in program.parameters:
@@ -241,44 +244,24 @@ def _compile_driven(
     """The model with motions in it, and the variable that holds each effort."""
     declarations = "\n".join(_declaration(k, text) for k, text in enumerate(texts))
     request = variant_of(model.request, None, declarations)
+    given, of = Motions(coordinates, texts), model.program
     try:
-        flat = stages.flatten(open_target(request))
+        alone = stages.to_dae(stages.flatten(open_target(request)))
     except PlanarcError as problem:
-        raise _unreadable(problem, coordinates, texts) from None
-    dae, found = _with_motions(stages.to_dae(flat), coordinates, efforts)
+        raise given.unreadable(problem) from None
+    dae, found = _with_motions(alone, coordinates, efforts, texts)
     try:
         program, notes = compiler.find_program(dae, model.request.redundant, Clock())
     except PlanarcError as problem:
-        first = Diagnostic("C243", f"the model cannot move with {both(coordinates)} given")
-        raise PlanarcError((first, *problem.diagnostics)) from None
-    of = model.program
+        mechanism = stages.find_mechanism(alone)
+        raise given.unfit(problem, of, alone, mechanism) from None
     program = replace(program, name=of.name, description=of.description, experiment=of.experiment)
     code = stages.to_code(program, model.backend)
     return Compiled(program, model.backend, code, notes), found
 
 
-def _unreadable(
-    problem: PlanarcError, coordinates: Sequence[str], texts: Sequence[str | None]
-) -> PlanarcError:
-    """The model alone is right, so that a text is wrong; it stands in no file of the user."""
-    given = [(c, text) for c, text in zip(coordinates, texts, strict=True) if text is not None]
-    if not given:
-        return problem
-    first = problem.diagnostics[0]
-    named = re.search(r"`(\w+)`", first.message)
-    if named and len(given) > 1:  # of several texts, those that hold what is wrong
-        word = rf"(?<![\w.]){re.escape(named[1])}(?!\w)"
-        given = [(c, text) for c, text in given if re.search(word, text)] or given
-    listed = " and ".join(f"`{c}` cannot follow `{text}`" for c, text in given)
-    reason = first.message.removesuffix(f" in `{NAME}`")
-    hint = first.hint
-    if any(re.search(r"(?<![A-Za-z_.])t(?!\w)", text) for _, text in given):
-        hint = "write `time` for the time, as in `2*time`"
-    return usage_error("C246", f"{listed}: {reason}", hint=hint)
-
-
 def _declaration(k: int, text: str | None) -> str:
-    name = f"{_ADDED}{k}"
+    name = f"{ADDED}{k}"
     if text is not None:
         return f"  Real {name} = {text};"
     parameters = ", ".join(f"{name}{part} = 0" for part in "qvaT")
@@ -288,20 +271,32 @@ def _declaration(k: int, text: str | None) -> str:
 
 
 def _with_motions(
-    dae: Dae, coordinates: Sequence[str], efforts: Mapping[str, str]
+    dae: Dae,
+    coordinates: Sequence[str],
+    efforts: Mapping[str, str],
+    texts: Sequence[str | None],
 ) -> tuple[Dae, dict[str, str]]:
     """The equations with motions in the place of joints' laws; nothing is fixed at the start."""
-    equations = list(dae.equations)
+    followed = {k: e for k, t in enumerate(texts) if t is not None and (e := _followed(dae, k))}
+    inside = {f"{ADDED}{k}" for k in followed}
+    equations = [e for e in dae.equations if not any(e is f for f in followed.values())]
     variables = [
-        replace(v, fixed=False, start_written=v.start_written or v.fixed) for v in dae.variables
+        replace(v, fixed=False, start_written=v.start_written or v.fixed)
+        for v in dae.variables
+        if v.name not in inside
     ]
     found: dict[str, str] = {}
     for k, coordinate in enumerate(coordinates):
         effort = efforts[coordinate]
-        symbol, motion = dae.table.symbol(coordinate), dae.table.symbol(f"{_ADDED}{k}")
+        symbol, motion = dae.table.symbol(coordinate), dae.table.symbol(f"{ADDED}{k}")
+        driving: dict[str, Any] = {"left": symbol, "right": motion}
+        if k in followed:
+            # It is no law of the joint's, which still moves.
+            given = followed[k]
+            driving |= {"right": given.right, "span": given.span, "component": ""}
         law = _law(dae, equations, effort)
         if law is not None:
-            equations[law] = replace(equations[law], left=symbol, right=motion)
+            equations[law] = replace(equations[law], **driving)
             found[coordinate] = effort
             continue
         at = _definition(dae, equations, effort)
@@ -313,10 +308,16 @@ def _with_motions(
         like = next(v for v in variables if v.name == effort)
         variables.append(replace(like, name=added, description="Effort of the motion", start=None))
         both = dae.table.add(equations[at].left, dae.table.symbol(added))
-        equations.append(replace(equations[at], left=symbol, right=motion))
+        equations.append(replace(equations[at], **driving))
         equations[at] = replace(equations[at], left=both)
         found[coordinate] = added
     return replace(dae, equations=tuple(equations), variables=tuple(variables)), found
+
+
+def _followed(dae: Dae, k: int) -> Equation | None:
+    """The equation that gives the motion of a text its value."""
+    symbol = dae.table.symbol(f"{ADDED}{k}")
+    return next((e for e in dae.equations if e.left is symbol), None)
 
 
 def _law(dae: Dae, equations: Sequence[Equation], effort: str) -> int | None:

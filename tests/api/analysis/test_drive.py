@@ -166,3 +166,14 @@ end Two;"""
     away = np.abs(driven["a.phi"] - 0.05) > 1e-6  # not the row before it switches
     assert np.array_equal(driven["above"][away] == 1, driven["a.phi"][away] > 0.05)
     assert {0, 1} == {*driven["above"]}
+
+
+def test_messages_of_a_motion_name_what_was_given(parallelogram: Model, pendulum: Model) -> None:
+    with pytest.raises(PlanarcError) as refused:
+        parallelogram.drive({"A.phi": lambda t: -1 + t, "D.phi": lambda t: -1 + t})
+    assert "planarcMotion" not in str(refused.value.diagnostics)
+    with pytest.raises(PlanarcError) as stopped:
+        pendulum.drive("hinge.phi", "sqrt(1 - time)", stop_time=2)
+    found = stopped.value.diagnostics[0]
+    assert found.span is not None and found.span.source.text == "hinge.phi=sqrt(1 - time)"
+    assert found.span.text == "sqrt(1 - time)"
