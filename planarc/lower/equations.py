@@ -100,6 +100,7 @@ def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.
     result = []
     count = len(model.assertions)
     for e in equations:
+        model.component = e.component
         if isinstance(e, flat.Assert):
             model.assertions.append(assertion(scope.without_events(), e))
             continue

@@ -17,16 +17,16 @@ from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, symbols
+from planarc.ir.given import Given
 from planarc.ir.places import is_own, own_part, owner
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.functions import inline
-from planarc.lower.given import Given
 from planarc.lower.lefts import Moving
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
@@ -42,21 +42,26 @@ def lower(source: flat.FlatModel, blended: bool = False, placed: bool = False) -
     initial equations those alone count that are start values of discrete variables. Raises
     PlanarcError (codes L3xx)."""
     try:
-        return _lower(source, blended, placed)
+        source = release_parameters(source)
+        functions = {f.name: f for f in source.functions}
+        given, moving = Given(source), Moving(source)
+        model = Model(
+            Exprs(), functions, inline, given, given.called, blended=blended, is_moving=moving
+        )
+        try:
+            return _lower(model, source, placed)
+        except PlanarcError as problem:
+            from planarc.lower.refuted import at_home
+
+            raise at_home(problem, model, source) from None
     except RecursionError:
         raise error(
             "L300", "an expression is nested too deeply", source.span, hint="split the expression"
         ) from None
 
 
-def _lower(source: flat.FlatModel, blended: bool, placed: bool) -> dae.Dae:
-    source = release_parameters(source)
-    functions = {f.name: f for f in source.functions}
-    given = Given(source)
-    model = Model(
-        Exprs(), functions, inline, given, given.called, blended=blended, is_moving=Moving(source)
-    )
-    way = _way(model) if blended else ()
+def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
+    way = _way(model) if model.blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))
     into = Lowered()
@@ -155,6 +160,7 @@ def _start_time(
 
 def lower_visual(model: Model, visual: flat.Visual) -> dae.Visual:
     """A visual with every number in its attributes as an expression."""
+    model.component = visual.component
     scope = Scope(model, events=False)
     attributes = tuple(
         (name, _plain(lower_expression(scope, value), visual.span))
@@ -165,6 +171,7 @@ def lower_visual(model: Model, visual: flat.Visual) -> dae.Visual:
 
 def lower_declared(model: Model, declared: flat.Declared) -> dae.Declared:
     """What a component says of itself, its value as an expression."""
+    model.component = declared.component
     value = lower_expression(Scope(model, events=False), declared.value)
     plain = _plain(value, declared.value.span)
     return dae.Declared(declared.component, declared.kind, declared.name, plain, declared.foreign)

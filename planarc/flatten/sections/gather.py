@@ -121,7 +121,9 @@ def _walk(root: Node, found: Gathered) -> None:
         elif isinstance(node, Instance):
             if node.drawn:
                 assert node.parent is not None and node.element is not None
-                found.drawings.append(Drawing(visual_of(node), node.parent, node.element))
+                with ToldAtHome(node.parent):
+                    visual = visual_of(node)
+                found.drawings.append(Drawing(visual, node.parent, node.element))
                 continue
             if (kind := kind_of(node)) is not None:
                 if (parts := copies.copy(node, kind)) is not None:
@@ -270,13 +272,13 @@ def variable_of(leaf: Leaf, session: Session) -> flat.Variable | None:
             binding = leaf_binding(leaf)
             if binding is not None:
                 _check_variability(leaf, binding, session)
+            if _is_evaluated(leaf, session) and _has_value(leaf):
+                leaf.structural = True
     except PlanarcError as problem:
         session.keep(problem)
         return None
     definition = leaf.element.definition
     assert isinstance(definition, syntax.Component)
-    if _is_evaluated(leaf, session) and _has_value(leaf):
-        leaf.structural = True
     return flat.Variable(
         leaf.name,
         leaf.type,
