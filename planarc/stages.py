@@ -7,7 +7,7 @@ what it runs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -83,12 +83,12 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     arrays = {n: n.rpartition("[")[0] or n for n in (v.name for v in dae.variables)}
     inputs = {n: array for n, array in arrays.items() if array in problem.imbalance.inputs}
     lack = problem.imbalance.lack
-    told = _lacking(dae, lack) if lack is not None and lack.component else ()
+    told = _lacking(dae, lack, inputs) if lack is not None and lack.component else ()
     if not told:
         inputs = without_written(dae, inputs)
         misfit = find_misfit(dae, inputs, problem.imbalance.suspect)
         over, under = explain_misfit(dae, misfit, inputs)
-        told = (*over, *under) or explain_discretes(dae) or _lacking(dae, lack)
+        told = (*over, *under) or explain_discretes(dae) or _lacking(dae, lack, inputs)
     component = lack.component if lack is not None else ""
     told = tuple(with_branch(d, component, problem.imbalance.absent) for d in told)
     code, count = problem.diagnostics[0].code, Related(problem.imbalance.sizes, detail=True)
@@ -98,7 +98,7 @@ def _who_is_to_blame(problem: Unbalanced) -> PlanarcError:
     return PlanarcError(found) if found else problem
 
 
-def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
+def _lacking(dae: Dae, lack: Lack | None, inputs: Collection[str]) -> tuple[Diagnostic, ...]:
     """The class of the user's that has too few equations."""
     from planarc.flatten.checks.balance import lacking
     from planarc.ir.places import is_own
@@ -106,8 +106,9 @@ def _lacking(dae: Dae, lack: Lack | None) -> tuple[Diagnostic, ...]:
 
     if lack is None or not is_own(dae, lack.class_span):
         return ()
-    names, flows = find_lack(dae, lack.component, lack.flows, lack.given)
-    return (lacking(lack, names, flows),)
+    names, flows = find_lack(dae, lack.component, lack.flows, lack.given, inputs)
+    inside = {name.removeprefix(f"{lack.component}.") for name in inputs}
+    return (lacking(lack, names, flows, inside),)
 
 
 def to_dae(

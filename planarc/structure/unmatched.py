@@ -64,10 +64,17 @@ def find_misfit(dae: Dae, inputs: Collection[str] = (), suspect: str | None = No
 
 
 def without_written(dae: Dae, inputs: Mapping[str, str]) -> dict[str, str]:
-    """Inputs that are connected to nothing, but for those that the user says by an equation."""
+    """Inputs that are connected to nothing, but for those that the user says by an equation; what
+    stands in their own component only uses them."""
     own = (e for e in dae.equations if is_own(dae, e))
-    sides = (e for equation in own for e in (equation.left, equation.right))
-    written = {e.name for e in sides if e.is_symbol and not e.order}
+    sides = ((e, equation) for equation in own for e in (equation.left, equation.right))
+    written = {
+        e.name
+        for e, equation in sides
+        if e.is_symbol
+        and not e.order
+        and not f"{equation.component}.".startswith(f"{places.owner(e.name)}.")
+    }
     return {name: array for name, array in inputs.items() if name not in written}
 
 
@@ -99,19 +106,27 @@ def _closest(own: tuple[Equation, ...], too_many: Iterable[Equation]) -> tuple[E
 
 
 def find_lack(
-    dae: Dae, component: str, flows: Collection[str], given: Collection[str]
+    dae: Dae,
+    component: str,
+    flows: Collection[str],
+    given: Collection[str],
+    inputs: Collection[str] = (),
 ) -> tuple[tuple[str, ...], bool]:
     """What the equations of a component leave open, by names within it, and whether all of that
-    are flows of its connectors. `given` is what it has from others, by arrays as `flows`."""
+    are flows of its connectors. `given` is what it has from others, by arrays as `flows`; `inputs`
+    are those of its parts that are connected to nothing."""
     head = f"{component}." if component else ""
     names = [v.name for v in dae.variables if v.name.startswith(head)]
     number = {name: i for i, name in enumerate(names)}
     inside = [e for e in dae.equations if f"{e.component}.".startswith(head) and not e.generated]
     arrays = [name if name in flows else name.rpartition("[")[0] or name for name in names]
     # A flow is taken to be decided before another unknown, and what is given last.
-    ranks = [2 if a in given else 0 if a in flows else 1 for a in arrays]
+    ranks = [
+        3 if a in given else 0 if a in flows else 2 if n in inputs else 1
+        for n, a in zip(names, arrays, strict=True)
+    ]
     columns = columns_of([_unknowns(e, number) for e in inside], len(names))
-    open_ones = [i for i in _grown(columns, len(inside), ranks).exposed if ranks[i] < 2]
+    open_ones = [i for i in _grown(columns, len(inside), ranks).exposed if ranks[i] < 3]
     return tuple(names[i].removeprefix(head) for i in open_ones), all(
         not ranks[i] for i in open_ones
     )

@@ -13,7 +13,7 @@ Reference: Modelica Language Specification 3.6, section 4.7.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
@@ -119,7 +119,8 @@ def check_balance(
     inputs: list[flat.Variable] = []
     if known < unknowns:
         named = names_in_equations(equations).union(leaf.name for _, leaf in assigned)
-        connected = {side.name for c in connections for side in (c.left, c.right)}
+        sides = (side for c in connections for side in (c.left, c.right))
+        connected = {side.name for side in sides if not side.outside}
         is_input = (leaves[v.name].causality is syntax.Causality.INPUT for v in unknown)
         pairs = zip(unknown, is_input, strict=True)
         inputs = [v for v, given in pairs if given and v.name not in connected]
@@ -178,14 +179,23 @@ def _lack(instance: Instance, missing: int, leaves: Iterable[Leaf], free: tuple[
     return Lack(name, cls.name, cls.span, instance.span, missing, flows, given - flows, free)
 
 
-def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
-    """The message about a class that leaves `names` open, all of them flows or not."""
+def lacking(
+    lack: Lack, names: Sequence[str], flows: bool, inputs: Collection[str] = ()
+) -> Diagnostic:
+    """The message about a class that leaves `names` open, all of them flows or not; `inputs` are
+    those of its parts that are connected to nothing."""
     few = counted(lack.missing, "equation")
     message = f"`{lack.class_name}` has {few} too few"
     hint = "write what ties the ends of it together"
+    unheard = [n for n in names if n in inputs]
     if lack.free:
         message += f": nothing inside of it is connected to {both(lack.free)}"
         hint = f"connect `{lack.free[0]}` to a part of it, or leave it out"
+    elif len(unheard) == lack.missing:
+        several = len(unheard) > 1
+        message += f": nothing gives the {'inputs' if several else 'input'} {both(unheard)}"
+        each = "each of them" if several else "it"
+        hint = f"connect a signal to {each}, or write `{unheard[0]} = ...`"
     elif names:
         shown = shortened([f"`{n}`" for n in names], MAX_NAMED)
         message += f": none of its equations decides {shown}"
@@ -195,7 +205,7 @@ def lacking(lack: Lack, names: Sequence[str], flows: bool) -> Diagnostic:
             hint += f"`{' + '.join(names)} = 0`"
     note = Related(f"`{lack.component}` is one of it", lack.span)
     related = (note,) if lack.component else ()
-    open_ones = () if lack.free else tuple(names)
+    open_ones = () if lack.free or len(unheard) == lack.missing else tuple(names)
     return Undecided("F320", message, lack.class_span, hint=hint, related=related, names=open_ones)
 
 
