@@ -221,6 +221,14 @@ def led_to(warnings: Iterable[Diagnostic], errors: Iterable[Diagnostic]) -> tupl
         at = next((k for k, e in enumerate(errors) if _names(e, w.span)), None)
         if (w.code, w.span) in told:
             continue
+        apart = at == 0 and errors[0].span != w.span
+        if isinstance(w, Massless) and apart and errors[0].code.startswith("R41"):
+            # Another part is said to hold what has no mass, and so no motion of its own.
+            there = Related(errors[0].message, errors[0].span, detail=True)
+            related = (there, *(replace(r, detail=True) for r in errors[0].related))
+            told_of = {"message": w.message, "span": w.span, "hint": w.hint or errors[0].hint}
+            errors[0] = replace(errors[0], related=related, **told_of)
+            continue
         if isinstance(w, Massless) and errors and errors[0].code.startswith("R41"):
             related = (*errors[0].related, Related(w.message, w.span))
             errors[0] = replace(errors[0], hint=w.hint or errors[0].hint, related=related)

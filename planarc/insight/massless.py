@@ -97,6 +97,34 @@ def find_unloaded(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Dia
     return None
 
 
+def find_pushed(dae: Dae, mechanism: Mechanism, givers: Sequence[Part]) -> Diagnostic | None:
+    """The error about a force or torque on what has no mass, and which a joint at most guides: it
+    must vanish there. `givers` are parts whose equations determine nothing."""
+    named, loads = {part.name for part in givers}, {*find_elements(dae)}
+    zero = zeros(dae)
+    for link in loaded_links(dae, mechanism):
+        acting = [name for name in link.around if name in loads and name not in link.joints]
+        # What only gives coordinates has derivatives, and carries nothing.
+        flows = ((owner(f), f"{f}.{flow}") for f in link.frames for flow, _ in FRAME)
+        carrying = {name for name, flow in flows if flow not in zero} & link.heavy
+        if carrying or len(link.joints) > 1 or not acting:
+            continue
+        if named.isdisjoint((*acting, *link.rigid, *link.joints)):
+            continue
+        if not link.rigid:
+            free = link.joints and _unloaded(dae, mechanism, link.joints[0], link.frames, acting[0])
+            return free or None
+        bar = link.rigid[0]
+        return Diagnostic(
+            "S303",
+            f"nothing that {both(acting[:_SHOWN])} {'act' if len(acting) > 1 else 'acts'} on has a "
+            f"mass: {both(link.rigid[:_SHOWN])} {be(len(link.rigid))} without",
+            place(dae, acting[0].partition(".")[0]),
+            hint=f"connect a body with mass to `{bar}`, or make it a `BodyShape`, a rod with one",
+        )
+    return None
+
+
 #: What gives a force or a torque, by the end of its class's name; other sources give a motion.
 _EFFORTS = ("Torque", "Force", "Torque2", "Force2")
 

@@ -34,7 +34,7 @@ from planarc.insight.connectors import (
     owner,
     top,
 )
-from planarc.insight.massless import find_hung, find_massless, find_unloaded
+from planarc.insight.massless import find_hung, find_massless, find_pushed, find_unloaded
 from planarc.insight.open_ends import left_open
 from planarc.insight.sensors import are_passed, find_ends, hidden_connectors
 from planarc.ir.dae import Dae
@@ -71,12 +71,15 @@ def explain_misfit(
             else f"remove `{past.span.text}`, which goes past `{part}`",
             related=() if past is None else (Related("this goes past it", past.span),),
         )
+    if (doubled := _past_a_shaft(dae, undetermined)) is not None:
+        return doubled
     hung = None if mechanism is None else find_hung(dae, mechanism, undetermined)
     told = hung or left_open(dae, mechanism, undetermined, givers)
     if told is not None or mechanism is None:
         return told
     told = find_massless(dae, mechanism, undetermined)
-    return told or find_unloaded(dae, mechanism, givers)
+    told = told or find_unloaded(dae, mechanism, givers)
+    return told or find_pushed(dae, mechanism, givers)
 
 
 def part_of_others(dae: Dae) -> Diagnostic | None:
@@ -269,6 +272,25 @@ def _together(dae: Dae) -> tuple[str, ...]:
             if others:
                 return first, others[0]
     return ()
+
+
+def _past_a_shaft(dae: Dae, undetermined: Collection[str]) -> Diagnostic | None:
+    """The error about a part whose two flanges are one shaft inside of it and one connection
+    outside: what goes through it, and what goes past, is open."""
+    flows = {owner(name) for name in undetermined if name.endswith((".tau", ".f"))}
+    for names in dae.connections:
+        ends = [name for name in names if name in flows]
+        for first, second in pairwise(sorted(ends)):
+            part = own_part(dae, owner(first))
+            if owner(first) == owner(second) and part is not None and part.name == owner(first):
+                return Diagnostic(
+                    "S303",
+                    f"both ends of `{part.name}` are connected to each other: "
+                    f"{both((first, second))}",
+                    part.span,
+                    hint="leave one of them open, or connect it to another part",
+                )
+    return None
 
 
 def _past(dae: Dae, part: str, ends: Sequence[str]) -> Connect | None:

@@ -12,6 +12,7 @@ one is.
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
@@ -72,6 +73,9 @@ def _told(program: Program, kernel: Kernel, pair: _Pair, place: tuple[float, flo
 
     apart = [part for part in here if not is_there(part)] if pair.link == GROUND else []
     here = [part for part in here if part not in apart]
+    if pair.link != GROUND and here:  # what leads from one joint to the other, before what is on it
+        ends = Counter(frame.rpartition(".")[0] for frame in links[pair.link].frames)
+        here = [part for part in here if ends[part] > 1 or part not in ends][:1] or here[:1]
     own = own_part(program, here[-1] if here else apart[-1] if apart else pair.pins[1])
     hint = "give one of them another place"
     if apart and not here:
