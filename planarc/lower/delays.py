@@ -10,6 +10,8 @@ Example:
                                       $delay[1].of = sin(x)
                                       y = $delay[1]
 
+A delay of the time 0 is its signal; parameters that say so shape the equations.
+
 Differentiating by time is differentiating `past1`, so that index reduction works.
 """
 
@@ -29,7 +31,7 @@ def delay(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     signal, interval = expr(a[0]), expr(a[1])
     maximum = expr(a[2]) if len(a) == 3 else None
     _check(model, interval, maximum, span)
-    if (interval.is_const and interval.data == 0) or _is_fixed(model, signal):
+    if _is_zero(model, interval) or _is_fixed(model, signal):
         return signal
     known = model.delay_values.get((signal, interval))
     if known is not None:
@@ -61,6 +63,16 @@ def _check(model: Model, interval: Expr, maximum: Expr | None, span: Span) -> No
         raise error("L363", message, span, hint=hint)
     if not _is_fixed(model, maximum):
         raise error("L363", "the third argument of `delay` must be a parameter expression", span)
+
+
+def _is_zero(model: Model, interval: Expr) -> bool:
+    """True for a time of zero, which is no delay; parameters that make it so are frozen."""
+    before = set(model.frozen)
+    value = model.number(interval)
+    if value.is_const and value.data == 0:
+        return True
+    model.frozen.intersection_update(before)
+    return False
 
 
 def _is_fixed(model: Model, e: Expr) -> bool:

@@ -314,7 +314,7 @@ def test_delay_of_a_parameter_and_by_nothing(tmp_path: Path) -> None:
         ("Real y = delay(sin(time), -1);", "L362"),
         ("Real y = delay(sin(time), time);", "L363"),
         ("Real y = delay(sin(time), time, 1 + time);", "L363"),
-        ("parameter Real T = 0; Real y = delay(sin(time), T);", "R461"),
+        ("parameter Real T = -1; Real y = delay(sin(time), T);", "R461"),
         ("Real y = 1 + delay(y, 1);", "R463"),
         ("Real y = delay(sin(time), 1); Real v = der(y); Real a = der(v);", "S315"),
     ],
@@ -343,3 +343,25 @@ def test_a_delay_while_steps_collapse_ends_the_run(backend: str) -> None:
     text = "model M Real x(start=1, fixed=true); equation der(x) = x^2 + delay(x, 0.01); end M;"
     with pytest.raises(RunStopped, match="R42"):
         load(text, backend=backend).simulate(2.0)
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_a_delay_of_the_time_zero_is_its_signal(tmp_path: Path, backend: str) -> None:
+    # Also in a loop, where a signal from the past would be no equation for x.
+    body = """
+      parameter Real T = 0;
+      parameter Real k = 2;
+      Real x(start=1, fixed=true);
+      Real y = x - 0.5*delay(y, k*T);
+    equation
+      der(x) = -x;
+      annotation(experiment(StopTime=1));
+    """
+    instant = model(tmp_path, body)
+    result = instant.simulate(backend=backend, tolerance=1e-9)
+    assert result["y"] == pytest.approx(result["x"] / 1.5, abs=1e-12)
+    with pytest.warns(UserWarning, match="`T` is structural"):
+        late = instant.simulate(parameters={"T": 0.25}, backend=backend, tolerance=1e-9)
+    y, t = late["y"], late.time
+    past = np.interp(t - 0.5, t, y, left=y[0])
+    assert np.max(np.abs(y - late["x"] + 0.5 * past)[t < 0.49]) < 1e-9
