@@ -253,6 +253,7 @@ def _held_too_often(
         return tuple(found)
     from planarc.insight.askew import find_askew
     from planarc.insight.misfit import (
+        borne_twice,
         held_beside,
         held_twice,
         overdriven,
@@ -268,6 +269,9 @@ def _held_too_often(
     skew = find_askew(dae, mechanism) if isinstance(first, Overdone | Held | Repeated) else None
     if skew is not None:
         return (Diagnostic(first.code, *skew[:2], hint=skew[2]),)
+    borne = borne_twice(dae, mechanism) if isinstance(first, Overdone | Held | Repeated) else None
+    if borne is not None:
+        return (Diagnostic(first.code, *borne[:2], hint=borne[2], mend=Accept()),)
     twice = held_twice(dae, mechanism, first.holders) if isinstance(first, Repeated) else None
     if twice is not None:
         found = (replace(first, message=twice[0], span=twice[1], hint=twice[2]), *found[1:])

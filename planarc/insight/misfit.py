@@ -10,7 +10,8 @@ Out:  the one message that takes the place of those about equations; None where 
                               without
     a link without mass       which joints or forces are to move (`massless`)
 
-A group of parts without ground comes before both (`attachment`).
+A group of parts without ground comes before both (`attachment`). The file is long because parts
+are connected wrongly in many ways, and each has words of its own.
 
 Example: of `connect(motor.flange, hinge.axis)` forgotten, the equations say that eleven of them,
 from `pid` to `arm`, decide ten unknowns; the mechanism says that `motor.flange` is connected to
@@ -23,6 +24,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 from planarc.core.diagnostic import Diagnostic, Related
+from planarc.core.options import ACCEPTING
 from planarc.core.prose import be, both, listed, shortened
 from planarc.core.source import Span
 from planarc.insight.attachment import place
@@ -137,6 +139,7 @@ def overheld(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | N
     return None
 
 
+_BORNE = 2  # conditions of a hinge
 _PLANE = 3  # motions in the plane, which the parts of a loop share
 _SHORTEST = 2  # joints of a loop of one body
 
@@ -238,6 +241,29 @@ def held_twice(
         place(dae, names[-1].partition(".")[0]) if part is None else part.span,
         "replace one of them by a freer joint, or leave it out",
     )
+
+
+def borne_twice(dae: Dae, mechanism: Mechanism) -> tuple[str, Span | None, str] | None:
+    """A sentence about hinges of one part that bear what a gear bears on its carrier, as those of
+    a sun and of its carrier on the ground; the place of the last, and what to do."""
+    hinges = [j for j in mechanism.joints if len(j.links) == 2 and j.conditions == _BORNE]
+    for gear in (j for j in mechanism.joints if len(j.links) > 2):
+        on: dict[int, dict[int, str]] = {}  # of a part beside the gear: hinges to links of it
+        for hinge in hinges:
+            inside = [i for i in hinge.links if i in gear.links]
+            outside = [i for i in hinge.links if i not in gear.links]
+            if len(inside) == len(outside) == 1:
+                on.setdefault(outside[0], {}).setdefault(inside[0], hinge.name)
+        several = next((own for own in on.values() if len(own) > 1), None)
+        if several is not None:
+            names = own_names(dae, several.values())
+            return (
+                f"`{gear.name}` bears its wheels on their carrier itself, so that one of "
+                f"{both(names)} is too many",
+                place(dae, names[-1].partition(".")[0]),
+                f"leave one of them out; joints that fit are accepted with {ACCEPTING}",
+            )
+    return None
 
 
 def held_beside(

@@ -103,7 +103,9 @@ class _Made(Data):
 
 def _find(dae: Dae, mechanism: Mechanism, clock: Clock) -> _Made:
     frames = {frame for link in mechanism.links for frame in link.frames}
-    left_out = surplus_equations(dae, {frame.rpartition(".")[0] for frame in frames})
+    components = {frame.rpartition(".")[0] for frame in frames}
+    forces = frozenset(_cut_forces(dae, mechanism, everywhere=True))
+    left_out = surplus_equations(dae, components, forces)
     made = _make(dae, mechanism, left_out, clock)
     for _ in range(_ROUNDS):
         found = _dependent(made)

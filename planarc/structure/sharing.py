@@ -35,7 +35,7 @@ from msgspec.structs import replace
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import SHARING, Dae, Equation, Kind, Parameter, Variable
-from planarc.ir.expr import Expr, Exprs, Op
+from planarc.ir.expr import Expr, Exprs, Op, below
 from planarc.ir.flat import StateSelect
 from planarc.ir.places import point_home
 from planarc.structure.alias import Elimination
@@ -51,21 +51,34 @@ class Shared(Data):
     open: int  # cut forces and torques that the equations leave open
 
 
-def surplus_equations(dae: Dae, components: Collection[str] = ()) -> tuple[int, ...]:
+def surplus_equations(
+    dae: Dae, components: Collection[str] = (), forces: Collection[str] = ()
+) -> tuple[int, ...]:
     """The equations that find no unknown, as numbers in the Dae: by structure alone.
 
-    Where there is a choice, those of the `components` find none: what a signal is stays said.
+    Where there is a choice, those of the `components` find none, what a signal is stays said; and
+    of these one without `forces`: what repeats others holds a position, and no balance does.
     """
     reduced = reduce_aliases(dae, Signs(dae.parameters))
     rows, live = reduced.unknowns, reduced.elimination.live
     count = len(reduced.elimination.kept)
-    sources = (dae.equations[entry.index] for entry in live)
+    sources = [dae.equations[entry.index] for entry in live]
     others = [
         [] if source.generated or source.component in components else row
         for row, source in zip(rows, sources, strict=True)
     ]
-    matching = match_equations(rows, count, match_equations(others, count))
+    balances = [
+        row if own or _names_any(source, forces) else []
+        for row, own, source in zip(rows, others, sources, strict=True)
+    ]
+    matching = match_equations(balances, count, match_equations(others, count))
+    matching = match_equations(rows, count, matching)
     return tuple(live[e].index for e in matching.exposed)
+
+
+def _names_any(equation: Equation, names: Collection[str]) -> bool:
+    sides = below((equation.left, equation.right))
+    return any(e.op is Op.SYMBOL and e.name in names for e in sides)
 
 
 def share_forces(dae: Dae, forces: Sequence[str]) -> Shared:

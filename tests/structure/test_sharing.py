@@ -104,6 +104,15 @@ def test_an_equation_without_an_unknown_of_its_own_is_surplus(make: Maker) -> No
     assert surplus_equations(make(*lines[:2], "a = x", p=6.0)) == ()
 
 
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 0, 1], [1, 2, 0]], ids=str)
+def test_a_balance_of_forces_is_not_surplus(make: Maker, order: list[int]) -> None:
+    lines = ["x*x + x = p", "cos(x) = y", "sin(y) = f + x"]  # f is given besides
+    dae = make(*(lines[i] for i in order), "f = x*y", p=6.0)
+    components = {e.component for e in dae.equations}
+    (surplus,) = surplus_equations(dae, components, {"f"})
+    assert "f" not in dae.equations[surplus].shown
+
+
 def test_the_bias_moves_the_open_forces_and_nothing_else(make: Maker) -> None:
     dae = make("a + b = p", "c = a + b", p=6.0)
     program = generate(structure(share_forces(dae, ["a", "b"]).dae))

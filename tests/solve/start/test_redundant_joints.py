@@ -444,3 +444,32 @@ def test_the_way_to_rest_does_not_cross_the_bars_where_they_lie_flat() -> None:
     rest = model.equilibrium(start=hanging).start
     angles = [rest[f"low{i}.phi"] for i in range(3)]
     assert angles == pytest.approx([np.pi] * 3, abs=1e-6)
+
+
+PLANETARY = """model Planetary
+  import P = PlanarMultiBody;
+  inner P.World world;
+  HINGE
+  P.Joints.Revolute carrierHinge(phi(fixed=true), w(start=0.3, fixed=true));
+  P.Parts.Body sun(m=1, I=0.1), carrier(m=1, I=0.2), planet(m=0.1, I=0.01);
+  P.Joints.GearConstraint mesh(ratio=-2, r_b={0.3, 0}, w_b(start=-0.35));
+equation
+  TIES
+  connect(world.frame_b, carrierHinge.frame_a);
+  connect(carrierHinge.frame_b, carrier.frame_a);
+  connect(mesh.bearing, carrier.frame_a);
+  connect(mesh.frame_a, sun.frame_a);
+  connect(mesh.frame_b, planet.frame_a);
+end Planetary;"""
+
+
+def test_a_sun_on_a_bearing_of_its_own_turns_as_one_that_its_gear_bears() -> None:
+    hinge = "P.Joints.Revolute sunHinge(phi(fixed=true), w(start=1, fixed=true));"
+    ties = "connect(world.frame_b, sunHinge.frame_a); connect(sunHinge.frame_b, sun.frame_a);"
+    borne = PLANETARY.replace("HINGE", hinge).replace("TIES", ties)
+    alone = PLANETARY.replace("HINGE", "").replace("TIES", "")
+    alone = alone.replace("w_b(start=-0.35)", "phi_b(fixed=true), w_b(start=-0.35, fixed=true)")
+    twice = planarc.load(borne, redundant="accept").simulate(2, tolerance=1e-10)
+    once = planarc.load(alone).simulate(2, tolerance=1e-10)
+    for name in ("sun.w", "carrier.w", "mesh.w_b"):
+        assert np.max(np.abs(twice[name] - once[name])) < 1e-7
