@@ -33,8 +33,8 @@ from planarc.ir.result import Result
 
 #: Names of what is added to the model.
 ADDED = "planarcMotion"
-#: Messages of a position that is not found, for which a motion may be the reason.
-_OUT_OF_REACH = ("R410", "R411", "R412", "R422")
+#: Messages of a position that is not found, and of steps without end: a motion may be the reason.
+_BY_MOTION = ("R410", "R411", "R412", "R420", "R422", "R426")
 
 
 class Motions:
@@ -111,7 +111,7 @@ class Motions:
     def _failed(self, found: Diagnostic) -> Diagnostic:
         """An end of a run, with the motions where they may be its reason."""
         told = self.told(found)
-        if told.code not in _OUT_OF_REACH or told.span != found.span:
+        if told.code not in _BY_MOTION or told.span != found.span:
             return told
         notes = tuple(
             Related(f"`{c}` follows this", Span(source, len(c) + 1, len(source.text)))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planarc import Model, PlanarcError, UsageError, load
+from planarc.api.result import RunStopped
 
 G = 9.81
 
@@ -177,3 +178,12 @@ def test_messages_of_a_motion_name_what_was_given(parallelogram: Model, pendulum
     found = stopped.value.diagnostics[0]
     assert found.span is not None and found.span.source.text == "hinge.phi=sqrt(1 - time)"
     assert found.span.text == "sqrt(1 - time)"
+
+
+def test_a_pole_of_a_motion_is_told_with_the_motion() -> None:
+    double = load("examples/double_pendulum.pmo")
+    with pytest.raises(RunStopped) as stopped:
+        double.drive("elbow.phi", "sqrt(1 - time)", stop_time=2)
+    (found,) = stopped.value.diagnostics
+    assert [r.span and r.span.text for r in found.related[:1]] == ["sqrt(1 - time)"]
+    assert found.hint is not None and "give `elbow.phi` a motion" in found.hint
