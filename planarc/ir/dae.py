@@ -25,6 +25,8 @@ from planarc.ir.flat import Connect, Experiment, Part, StateSelect
 
 INITIAL = "$initial"
 TERMINAL = "$terminal"
+#: With an index, discrete: the condition of a when-clause that is no variable.
+WHEN = "$when"
 #: With an index: true in the pass of an event in which one of several conditions became true.
 EDGE = "$edge"
 #: With an index, discrete: whether the argument of a rounding function began in an odd interval.
@@ -238,6 +240,11 @@ class When(Located):
     branches: tuple[tuple[str, tuple[Action, ...]], ...]
     span: Span = NOWHERE
     component: str = ""
+
+
+def is_initial(e: Expr) -> bool:
+    """Whether it is `initial()`, and not merely follows from it."""
+    return e.is_symbol and e.name == INITIAL
 
 
 class Clause(Protocol):

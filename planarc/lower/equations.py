@@ -229,13 +229,18 @@ def fires(model: Model, name: str) -> Expr:
     just = t.symbol(name)
     if not name.startswith(dae.EDGE):
         just = t.and_(just, t.not_(t.pre(name)))
-    truths = {v.name: e.right for v, e in model.auxiliaries}
-    asked = [name]
-    for one in asked:
-        asked += [s.name for s in symbols(truths.get(one, t.true))]
-    if dae.INITIAL in asked:
+    if acts_at_start(model, name):
         return just
-    return t.and_(just, t.not_(t.symbol(dae.INITIAL)))  # no other one acts at the start
+    return t.and_(just, t.not_(t.symbol(dae.INITIAL)))
+
+
+def acts_at_start(model: Model, name: str) -> bool:
+    """Whether the when-branch of that trigger acts at the start: where `initial()` stands as its
+    condition or among several ones. No other one does, whatever its condition is (8.6)."""
+    truths = {v.name: e.right for v, e in model.auxiliaries}
+    several = name.startswith(dae.EDGE)
+    asked = [s.name for s in symbols(truths[name])] if several else [name]
+    return any(one.startswith(dae.WHEN) and dae.is_initial(truths[one]) for one in asked)
 
 
 def set_at_start(model: Model, e: dae.Equation) -> dae.When:
@@ -250,7 +255,7 @@ def at_start_only(model: Model, e: dae.Equation, action: dae.Action) -> dae.When
 
 
 def _named(
-    model: Model, truth: Expr, origin: flat.EquationNode | dae.Equation, kind: str = "$when"
+    model: Model, truth: Expr, origin: flat.EquationNode | dae.Equation, kind: str = dae.WHEN
 ) -> Expr:
     """A discrete variable with that value, `pre` of which is known."""
     if truth.op is Op.SYMBOL and truth.name in model.discretes:

@@ -29,7 +29,7 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import error
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols
-from planarc.lower.equations import Lowered, at_start_only, set_at_start
+from planarc.lower.equations import Lowered, acts_at_start, at_start_only, set_at_start
 from planarc.lower.scope import Model
 from planarc.lower.values import expr
 
@@ -116,16 +116,12 @@ class _Starts:
         """Whether a variable has at the start the value that it had before."""
         if name in self._sides or self._declared[name].fixed:
             return False
-        named = {v.name: [e.right] for v, e in self._model.auxiliaries} | self._sides
-        conditions = (
-            self._followed(side)
+        return not any(
+            acts_at_start(self._model, condition)
             for when in self._into.whens
             for condition, actions in when.branches
             if any(isinstance(a, dae.SetDiscrete) and a.name == name for a in actions)
-            for side in named.get(condition, ())
         )
-        initial = self._model.table.symbol(dae.INITIAL)
-        return initial not in postorder(tuple(conditions))
 
     def values(self) -> dict[str, Expr]:
         """Start values as expressions of parameters alone."""

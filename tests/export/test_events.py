@@ -149,8 +149,27 @@ equation
   annotation(experiment(StopTime=3));
 end Table;
 """
+TURNS = """
+model Turns "What is true from the start on, though rounding looks at the start"
+  Real phi(start=2.5, fixed=true);
+  Integer turn=integer(phi);
+  output Integer even(start=0, fixed=true), turns(start=0, fixed=true), begun(start=0, fixed=true);
+equation
+  der(phi) = 1;
+  when mod(turn, 2) == 0 then
+    even = pre(even) + 1;
+  end when;
+  when change(turn) then
+    turns = pre(turns) + 1;
+  end when;
+  when {initial(), turn == 3} then
+    begun = pre(begun) + 1;
+  end when;
+  annotation(experiment(StopTime=1));
+end Turns;
+"""
 TEXTS = {"Ball": BALL, "StickSlip": STICK_SLIP, "Sampled": SAMPLED, "Pulses": PULSES, "Ends": ENDS,
-         "Breaks": BREAKS, "Slips": SLIPS, "Table": TABLE}  # fmt: skip
+         "Breaks": BREAKS, "Slips": SLIPS, "Table": TABLE, "Turns": TURNS}  # fmt: skip
 LIBRARY = "PlanarMultiBody.Examples."
 OWN = {  # of the library, with the time that is compared
     "Elementary.BouncingMass": 2.5,
@@ -249,6 +268,15 @@ def test_other_parameters_move_events(folder: Path, way: str) -> None:
     since = 0.9 - fall
     assert table["n"][rows] == 1
     assert table["h"][rows] == pytest.approx(0.5 * 9.81 * fall * since - 9.81 / 2 * since**2)
+
+
+@both_here
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("way", WAYS)
+def test_what_is_true_at_first_does_not_act_there(folder: Path, way: str, version: int) -> None:
+    table = simulate(archive(folder, "Turns", version), way, 1.0)
+    ends = {name: [table[name][i] for i in (0, -1)] for name in ("even", "turns", "begun")}
+    assert ends == {"even": [0, 0], "turns": [0, 1], "begun": [1, 2]}
 
 
 @both_here

@@ -16,15 +16,16 @@ from msgspec import Struct, field
 from planarc.core.diagnostic import Diagnostic
 from planarc.ir.dae import (
     EDGE,
-    INITIAL,
+    WHEN,
     Action,
     Assertion,
     Impact,
     Reinit,
     Terminate,
+    is_initial,
     set_by_whens,
 )
-from planarc.ir.expr import Op, postorder
+from planarc.ir.expr import Expr, postorder
 from planarc.ir.kernel import Copier, Kernel, copier
 from planarc.ir.program import Let, Program
 from planarc.solve.events.assignments import Assignments
@@ -211,12 +212,21 @@ def edge_conditions(program: Program) -> frozenset[int]:
 
 
 def initial_conditions(program: Program) -> frozenset[int]:
-    """Slots of the conditions that `initial()` makes true."""
-    marked = set()
+    """Slots of the conditions that act at the start: `initial()` itself, and several ones with it.
+
+    What merely depends on `initial()` does not, as a variable that is given it (8.6).
+    """
+    slots = program.slots
+    marked: set[Expr] = set()
     for statement in program.discrete:
-        if isinstance(statement, Let) and any(
-            e.op is Op.SYMBOL and (e.name == INITIAL or e in marked)
-            for e in postorder((statement.value,))
-        ):
+        if not isinstance(statement, Let):
+            continue
+        name, value = repr(statement.target), statement.value
+        if is_initial(value):
+            found = name.startswith(f"{WHEN}[")
+        else:  # several conditions, or a part of them
+            found = name.startswith(f"{EDGE}[") or name not in slots
+            found = found and not marked.isdisjoint(postorder((value,)))
+        if found:
             marked.add(statement.target)
-    return frozenset(program.slots[repr(e)] for e in marked if repr(e) in program.slots)
+    return frozenset(slots[repr(e)] for e in marked if repr(e) in slots)

@@ -401,3 +401,45 @@ end Ball;"""
     for name, count in (("v", 0), ("a", 1), ("u", 1)):
         dae = to_dae(flatten(open_target(Request(text=text.replace("{0}", name)))))
         assert sum(d.name.startswith("$left") for d in dae.discretes) == count
+
+
+#: Conditions that are true from the start on, and may hang on `initial()` in some way; with the
+#: number of times at which a clause acts until 1.5 s.
+TRUE_AT_THE_START = {
+    "whole": ("integer(phi) == 2", 0),
+    "changed": ("change(turn)", 1),
+    "divided": ("div(turn, 2) >= 1", 0),
+    "remainder": ("mod(phi, 1) > 0.25", 1),
+    "ceiling": ("ceil(phi) > 1", 0),
+    "variable": ("starting", 0),
+    "joined": ("initial() and phi > 0", 0),
+    "several": ("{starting, turn == 2}", 0),
+    "initial": ("initial()", 1),
+    "among": ("{turn == 3, initial()}", 2),
+}
+
+
+@pytest.mark.parametrize("section", ["equation", "algorithm"])
+@pytest.mark.parametrize("case", TRUE_AT_THE_START.values(), ids=TRUE_AT_THE_START)
+@pytest.mark.parametrize("solver", ["auto", "exported"])
+def test_only_a_condition_initial_acts_at_the_start(
+    backend: str, solver: str, case: tuple[str, int], section: str
+) -> None:
+    if (backend, solver) == ("numpy", "exported"):
+        pytest.skip("what is exported is machine code")
+    condition, times = case
+    sign = "=" if section == "equation" else ":="
+    text = f"""model M
+  Real phi(start=2.5, fixed=true);
+  Integer turn=integer(phi), n(start=0, fixed=true);
+  Boolean starting=initial();
+equation
+  der(phi) = 1;
+{section}
+  when {condition} then
+    n {sign} pre(n) + 1;
+  end when;
+end M;"""
+    result = planarc.load(text, backend=backend).simulate(1.4, intervals=14, solver=solver)
+    assert result["n"][-1] == times
+    assert result["n"][0] == ("initial()" in condition and "and" not in condition)

@@ -237,23 +237,43 @@ def test_a_failed_assert_ends_the_run_and_keeps_its_row(tools: Any) -> None:
 
 
 def test_actions_at_the_start_need_initial(tools: Any) -> None:
-    """`when h > 0` does not fire because it holds at the start; `initial()` does."""
+    """`when h > 0` does not fire because it holds at the start; `when initial()` does, and so does
+    `when {h > 0, initial()}`, but nothing that merely depends on it."""
 
-    def mechanism(with_initial: bool) -> Any:
+    def mechanism(name: str, *conditions: tuple[str, Any]) -> Any:
         return falling(
             tools,
             relations=lambda t: [(t.neg(t.symbol("h")), True, False, "h > 0")],
             discretes=lambda t: [
-                ("c", t.or_(t.symbol("$initial"), t.event(0)) if with_initial else t.event(0), 0.0),
+                *((name, value(t), 0.0) for name, value in conditions),
                 ("n", None, 5.0),
             ],
-            whens=lambda t: [("c", [SetDiscrete("n", t.add(t.pre("n"), t.one))])],
+            whens=lambda t: [(name, [SetDiscrete("n", t.add(t.pre("n"), t.one))])],
             stop=0.1,
         )
 
-    assert run(tools, mechanism(True))["n"].tolist()[0] == 6.0
-    assert run(tools, mechanism(True))["n"].tolist()[-1] == 6.0
-    assert run(tools, mechanism(False))["n"].tolist()[-1] == 5.0
+    def initial(t: Any) -> Any:
+        return t.symbol("$initial")
+
+    def edge(t: Any) -> Any:
+        return t.and_(t.symbol("$when[1]"), t.not_(t.pre("$when[1]")))
+
+    literal = ("$when[1]", initial)
+    acting = (
+        mechanism("$when[1]", literal),
+        mechanism("$edge[2]", literal, ("$edge[2]", edge)),
+    )
+    for each in acting:
+        found = run(tools, each)["n"]
+        assert found[0] == found[-1] == 6.0
+    silent = (
+        mechanism("c", ("c", lambda t: t.event(0))),
+        mechanism("c", ("c", initial)),
+        mechanism("$when[1]", ("$when[1]", lambda t: t.or_(initial(t), t.event(0)))),
+        mechanism("$when[2]", ("c", initial), ("$when[2]", lambda t: t.symbol("c"))),
+    )
+    for each in silent:
+        assert run(tools, each)["n"][-1] == 5.0
 
 
 def test_events_that_do_not_come_to_rest_are_named(tools: Any) -> None:
