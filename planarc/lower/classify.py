@@ -152,7 +152,7 @@ def _parameters(model: Model, source: flat.FlatModel) -> list[dae.Parameter]:
         if v.type.base is _STRING:
             model.values[v.name] = value
             continue
-        result.extend(_enter(model, v, _spread(model, value, v)))
+        result.extend(_enter(model, v, spread(model, value, v)))
     model.opened = None
     return result
 
@@ -166,7 +166,7 @@ def _at_start(model: Model, value: Value) -> Value:
     return each(lambda e: put_in(e) if isinstance(e, Expr) else e, value)
 
 
-def _spread(model: Model, value: Value, v: flat.Variable) -> tuple[Expr, ...]:
+def spread(model: Model, value: Value, v: flat.Variable) -> tuple[Expr, ...]:
     """The value of each scalar of a variable; a scalar value stands for all (`each`)."""
     items, size = elements(value), prod(fixed_dims(v.type))
     if not isinstance(value, Tensor):
@@ -282,4 +282,4 @@ def _attributes(
     if not any(told):
         return [none] * len(told)
     scope = Scope(model, events=False)
-    return [none if e is None else _spread(model, lower_expression(scope, e), v) for e in told]
+    return [none if e is None else spread(model, lower_expression(scope, e), v) for e in told]

@@ -5,8 +5,8 @@ Out:  flat.FlatModel   without parameters that have `fixed = false`
 
 One that an initial equation gives as an expression of other parameters is bound to
 it, and stays a parameter; `time` in it is the time of the start. Others become unknowns,
-and so does what is computed from them, its binding an equation. A Boolean, Integer or
-enumeration is set at the start.
+and so does what is computed from them, its binding an equation; of start values that hang on
+them cares `free_starts`. A Boolean, Integer or enumeration is set at the start.
 
 Example:
 
@@ -46,18 +46,20 @@ def release_parameters(source: flat.FlatModel) -> flat.FlatModel:
     if not free:
         return source
     for v in ordered([v for v in source.variables if is_parameter(v)]):
-        if v.name not in free and any(n in free for n in referenced(v.binding)):
+        if v.name not in free and any(n in free for n in referenced(_value(v))):
             free.add(v.name)
     variables, constancy = [], []
     for v in source.variables:
         if v.name not in free:
             variables.append(v)
             continue
+        if not _is_free(v):
+            v = replace(v, binding=_value(v))
         if v.structural:
             raise unsupported(f"`fixed = false` for a structural parameter, `{v.name}`", v.span)
         continuous = v.type.base is Base.REAL
         variability = Variability.CONTINUOUS if continuous else Variability.DISCRETE
-        variables.append(replace(v, variability=variability, at_start=continuous))
+        variables.append(replace(v, variability=variability, at_start=True))
         if v.binding is None and continuous:
             constancy.append(_constant_in_time(v))
     discrete = {v.name for v in variables if v.name in free and v.type.base is not Base.REAL}
@@ -147,10 +149,23 @@ def _is_free(v: flat.Variable) -> bool:
     return is_parameter(v) and v.binding is None and is_false(v.attributes.fixed)
 
 
+def _value(v: flat.Variable) -> flat.Expression | None:
+    """What a parameter is where the start does not find it."""
+    start = v.attributes.start
+    if v.binding is not None or start is None or _is_free(v):
+        return v.binding
+    return start if start.type.dims else _filled(v, start)
+
+
 def _constant_in_time(v: flat.Variable) -> flat.Equality:
     rate = flat.Builtin(v.type, v.span, "der", (flat.Reference(v.type, v.span, v.name),))
-    zero: flat.Expression = flat.Literal(replace(v.type, dims=()), v.span, 0.0)
+    zero = flat.Literal(replace(v.type, dims=()), v.span, 0.0)
+    return flat.Equality(v.span, v.component, rate, _filled(v, zero))
+
+
+def _filled(v: flat.Variable, value: flat.Expression) -> flat.Expression:
+    """An array of the dimensions of a variable, of one value everywhere."""
     for size in reversed(fixed_dims(v.type)):
-        inner = () if isinstance(zero, flat.Literal) else zero.type.dims
-        zero = flat.Array(replace(v.type, dims=(size, *inner)), v.span, (zero,) * size)
-    return flat.Equality(v.span, v.component, rate, zero)
+        dims = (size, *value.type.dims)
+        value = flat.Array(replace(v.type, dims=dims), v.span, (value,) * size)
+    return value

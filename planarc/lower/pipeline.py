@@ -26,11 +26,12 @@ from planarc.ir.places import is_own, own_part, owner
 from planarc.lower.classify import classify
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
+from planarc.lower.free_starts import release_starts
 from planarc.lower.functions import inline
 from planarc.lower.lefts import Moving
 from planarc.lower.scalar import lower_expression
 from planarc.lower.scope import Model, Scope
-from planarc.lower.starts import start_discretes
+from planarc.lower.starts import know_before, start_discretes
 from planarc.lower.unassigned import warn_of_unassigned
 from planarc.lower.values import Text, Value, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor
@@ -64,6 +65,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
     way = _way(model) if model.blended else ()
     classified = classify(model, source)
     starts = _starts(model, (*classified.variables, *classified.discretes))
+    classified, hanging = release_starts(model, source, classified)
     into = Lowered()
     lower_equations(model, (*classified.bindings, *source.equations), into)
     if source.algorithms or source.initial_algorithms:
@@ -74,15 +76,18 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
     initial = lower_initial(model, source.initial_equations)
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
+    initial.extend(hanging.held)
     equations = (*discrete, *(e for _, e in model.auxiliaries))
     whens = tuple(into.whens)
-    initial, discretes = start_discretes(model, initial, classified.discretes, equations, into)
+    initial, discretes, found = start_discretes(
+        model, initial, hanging.loose, classified.discretes, equations, into
+    )
     if not placed:
         whens = tuple(into.whens)  # with those of initial equations
     values = [v.start for v in discretes] + [p.value for p in classified.parameters]
     start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
-    return dae.Dae(
+    lowered = dae.Dae(
         name=source.name,
         table=model.table,
         variables=(*classified.variables, *(v for v, _ in model.added)),
@@ -110,6 +115,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         warnings=(*source.warnings, *model.warnings, *warn_of_unassigned(source)),
         simplified=model.simplified,
     )
+    return know_before(lowered, found)
 
 
 def _start_places(source: flat.FlatModel) -> Iterator[tuple[str, Span]]:

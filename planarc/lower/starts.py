@@ -1,6 +1,7 @@
 """Start values of discrete variables, from the initial equations that decide them.
 
-In:   Model, initial equations, discrete variables, discrete equations, when-clauses
+In:   Model, initial equations, discrete variables, discrete equations, when-clauses; values before
+      the start that count where nothing else decides them (`free_starts`)
 Out:  the initial equations of continuous variables; discrete variables with their start values;
       when-clauses of `initial()` for what is decided or looked at only there
 
@@ -22,12 +23,14 @@ Reference: Modelica Language Specification 3.6, section 8.6.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import cached_property
 
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
 from planarc.ir import dae
+from planarc.ir.actions import rewrite_action
 from planarc.ir.expr import Expr, Op, Substitution, postorder, symbols
 from planarc.lower.equations import Lowered, acts_at_start, at_start_only, set_at_start
 from planarc.lower.scope import Model
@@ -40,22 +43,27 @@ _ALIKE = 1e-9
 def start_discretes(
     model: Model,
     initial: Sequence[dae.Equation],
+    loose: Sequence[dae.Equation],
     discretes: Sequence[dae.Variable],
     equations: Sequence[dae.Equation],
     into: Lowered,
-) -> tuple[list[dae.Equation], list[dae.Variable]]:
-    """The initial equations left over, and the discrete variables with their start values.
+) -> tuple[list[dae.Equation], list[dae.Variable], list[str]]:
+    """The initial equations left over, the discrete variables with their start values, and those
+    whose values before the start the start finds.
 
     A value of unknowns is set by a when-clause of `initial()`; where the variable is fixed, it is a
     condition for these unknowns. Raises PlanarcError (L334, L335).
     """
     starts = _Starts(model, discretes, equations, into)
     rest = [equation for equation in initial if not starts.take(equation)]
+    for equation in loose:
+        starts.decide(equation)
+    rest.extend(starts.left_over())
     values = starts.values()
     changed = [
         replace(v, start=values[v.name], fixed=True) if v.name in values else v for v in discretes
     ]
-    return rest, changed
+    return rest, changed, starts.found
 
 
 class _Starts:
@@ -73,11 +81,16 @@ class _Starts:
         model.parameters.add(dae.START_TIME)
         self._at_start = Substitution(table, {table.time: table.symbol(dae.START_TIME)})
         held = dae.set_by_whens(into.whens)
+        self.found: list[str] = []
         self._sides: dict[str, list[Expr]] = {}
+        self._kept: set[str] = set()  # by an algorithm that gives them values, too
         for e in equations:
             for one, other in ((e.left, e.right), (e.right, e.left)):
-                own = one.is_symbol and one.name in model.discretes and one.name not in held
-                if own and not (e.assigned and table.pre(one.name) in postorder((other,))):
+                if not one.is_symbol or one.name not in model.discretes or one.name in held:
+                    continue
+                if e.assigned and table.pre(one.name) in postorder((other,)):
+                    self._kept.add(one.name)
+                else:
                     self._sides.setdefault(one.name, []).append(other)
 
     def take(self, equation: dae.Equation) -> bool:
@@ -101,27 +114,54 @@ class _Starts:
             self._give(left.name, replace(equation, right=right))
         elif left.op is Op.PRE and self._is_only_held(left.name):
             now = replace(equation, left=table.symbol(left.name))
-            self._into.whens.append(set_at_start(self._model, now))
+            if left.name in self._given:
+                self._look(now, left)
+            else:
+                self._set(now)
+                self.found.append(left.name)
         elif left.op is Op.PRE:
-            name = f"pre({left.name})"
-            message = f"the start value of `{name}` must be an expression of parameters"
-            raise error("L334", message, equation.span)
+            message = f"the start value of `pre({left.name})` must be known before the start"
+            hint = "use parameters without `fixed=false`, or let nothing else give "
+            hint += f"`{left.name}` a value at the start"
+            raise error("L334", message, equation.span, hint=hint)
         elif self._declared[left.name].fixed:
             return False
         else:
-            self._into.whens.append(set_at_start(self._model, equation))
+            self._set(equation)
         return True
+
+    def decide(self, equation: dae.Equation) -> None:
+        """Take an equation about the value before the start, where nothing else decides it."""
+        name = equation.left.name
+        if name not in self._given and self._is_only_held(name):
+            self.take(equation)
+
+    def left_over(self) -> Iterator[dae.Equation]:
+        """Take again what hangs on variables that a later equation lets the start set."""
+        while hanging := [n for n, e in self._given.items() if not self._is_known(e.right)]:
+            for equation in map(self._given.pop, hanging):
+                if not self.take(equation):
+                    yield equation
+
+    def _set(self, equation: dae.Equation) -> None:
+        self._into.whens.append(set_at_start(self._model, equation))
+        self._set_at_start.add(equation.left.name)
+
+    @cached_property
+    def _set_at_start(self) -> set[str]:
+        """The variables that when-clauses of `initial()` give their values."""
+        return {
+            action.name
+            for when in self._into.whens
+            for condition, actions in when.branches
+            for action in actions
+            if isinstance(action, dae.SetDiscrete) and acts_at_start(self._model, condition)
+        }
 
     def _is_only_held(self, name: str) -> bool:
         """Whether a variable has at the start the value that it had before."""
-        if name in self._sides or self._declared[name].fixed:
-            return False
-        return not any(
-            acts_at_start(self._model, condition)
-            for when in self._into.whens
-            for condition, actions in when.branches
-            if any(isinstance(a, dae.SetDiscrete) and a.name == name for a in actions)
-        )
+        given = name in self._sides or name in self._kept or name in self._set_at_start
+        return not (given or self._declared[name].fixed)
 
     def values(self) -> dict[str, Expr]:
         """Start values as expressions of parameters alone."""
@@ -168,7 +208,8 @@ class _Starts:
         """Whether it follows from parameters and start values."""
         known = all(
             n.op is not Op.EVENT
-            and not (n.is_symbol and (n.name in self._sides or n.name == dae.INITIAL))
+            and not (n.is_symbol and (n.name in self._sides or n.name in self._set_at_start))
+            and not dae.is_initial(n)
             for n in postorder((e,))
         )
         return known and self._model.is_steady(e)
@@ -204,3 +245,34 @@ class _Starts:
         message = dae.Message((f"the initial equation {equation.shown} does not hold",))
         told = dae.Assertion(holds, message, component=equation.component, span=equation.span)
         self._into.whens.append(at_start_only(self._model, equation, told))
+
+
+def know_before(model: dae.Dae, names: Collection[str]) -> dae.Dae:
+    """The model whose `pre(d)` of these variables, which the start finds, is at the start the value
+    that they have there: in `e = pre(d) + 1` stands `if initial() then d else pre(d)`."""
+    if not names:
+        return model
+    t = model.table
+    starting = t.symbol(dae.INITIAL)
+    known = {t.pre(name): t.if_(starting, t.symbol(name), t.pre(name)) for name in names}
+    put_in = Substitution(t, known)
+
+    def equations(found: Iterable[dae.Equation]) -> tuple[dae.Equation, ...]:
+        return tuple(replace(e, left=put_in(e.left), right=put_in(e.right)) for e in found)
+
+    def when(clause: dae.When) -> dae.When:
+        branches = (
+            (condition, tuple(rewrite_action(a, t, put_in) for a in actions))
+            for condition, actions in clause.branches
+        )
+        return replace(clause, branches=tuple(branches))
+
+    return replace(
+        model,
+        equations=equations(model.equations),
+        initial_equations=equations(model.initial_equations),
+        discrete_equations=equations(model.discrete_equations),
+        relations=tuple(replace(r, zero=put_in(r.zero)) for r in model.relations),
+        whens=tuple(map(when, model.whens)),
+        assertions=tuple(rewrite_action(a, t, put_in) for a in model.assertions),
+    )

@@ -10,7 +10,7 @@ import pytest
 
 from planarc import compiler, load
 from planarc.core.diagnostic import PlanarcError
-from planarc.core.options import Backend, RunOptions
+from planarc.core.options import Backend, RunOptions, Solver
 from planarc.request.request import Request
 
 
@@ -205,8 +205,8 @@ def test_what_the_start_finds_is_no_state_of_the_linear_model(backend: Backend) 
     found = model.linearize(outputs="q")
     assert found.values["L"] == pytest.approx(2 + 0.0981)
     assert found.states == ("x", "v")
-    assert pytest.approx(np.array([[0.0, 1.0], [-100.0, -1.0]]), abs=1e-6) == found.A
-    assert pytest.approx(np.zeros((1, 2)), abs=1e-9) == found.C
+    assert np.allclose(found.A, np.array([[0.0, 1.0], [-100.0, -1.0]]), rtol=0, atol=1e-6)
+    assert np.allclose(found.C, np.zeros((1, 2)), rtol=0, atol=1e-9)
     assert found.stable
     motion = found.motion(0)
     assert np.ptp(motion["L"]) == 0.0 < np.ptp(motion["x"])
@@ -218,3 +218,187 @@ def test_what_the_start_finds_is_not_told_among_the_states(backend: Backend) -> 
     result = run(TRIM, backend, stop=0.1)
     assert states(moving_states(result)) == "x, v"
     assert "L" not in state_reasons(result)
+
+
+#: Held starts that hang on a parameter which the start finds, with what they come to: `a` is 3.
+HANGING = {
+    "follows": ("parameter Real b=a^2; Real x(start=b, fixed=true);", "", {"x": 9}),
+    "by a start": ("parameter Real b(start=2*a); Real x(start=b, fixed=true);", "", {"x": 6}),
+    "by one start for all": (
+        "parameter Real b[2](each start=2*a); Real x[2](start=b, each fixed=true);",
+        "",
+        {"x[1]": 6, "x[2]": 6},
+    ),
+    "entries": (
+        "Real x[3](start={a, 2*a, 4}, fixed={true, true, false});",
+        "x[3] = x[1] + 1;",
+        {"x[1]": 3, "x[2]": 6, "x[3]": 4},
+    ),
+    "function": (
+        "function f input Real u; output Real y[2]; algorithm y := {u, u^2}; end f;"
+        "parameter Boolean hold=true; Real x[2](start=f(a), each fixed=hold);",
+        "",
+        {"x[1]": 3, "x[2]": 9},
+    ),
+    "alias": ("Real x(start=a + 1, fixed=true), y=-x;", "", {"x": 4, "y": -4}),
+    "guess": ("Real x(start=2*a);", "x^2 - 10*x + 9 = 0;", {"x": 1}),
+}
+
+
+@pytest.mark.parametrize("case", HANGING.values(), ids=HANGING)
+def test_what_is_held_starts_where_the_found_parameter_says(
+    case: tuple[str, str, dict[str, float]], backend: Backend
+) -> None:
+    declared, initial, values = case
+    rates = "der(x) = zeros(size(x, 1));" if "x[" in declared else "der(x) = 0;"
+    result = run(
+        f"""
+model M
+  parameter Real a(fixed=false, start=1);
+  {declared}
+initial equation
+  a^3 = 27;
+  {initial}
+equation
+  {rates}
+end M;
+""",
+        backend,
+    )
+    for name, value in values.items():
+        assert result[name] == pytest.approx(value, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("condition", "x"), [("x^2 + a = 6", 2.0), ("force = -5", 1.5), ("der(v) = 2", 0.8)]
+)
+def test_a_held_start_and_its_parameter_are_found_together(
+    condition: str, x: float, backend: Backend
+) -> None:
+    """The start of `x` is all that `a` is for: the condition finds both."""
+    result = run(
+        f"""
+model M
+  parameter Real a(fixed=false, start=1);
+  Real x(start=a, fixed=true), v(start=0, fixed=true), force=-10*(x - 1);
+initial equation
+  {condition};
+equation
+  der(x) = v;
+  der(v) = force;
+end M;
+""",
+        backend,
+    )
+    assert result["x"][0] == result["a"][0] == pytest.approx(x, abs=1e-9)
+
+
+@pytest.mark.parametrize("solver", [Solver.AUTO, Solver.EXPORTED])
+def test_discrete_variables_begin_where_the_found_parameter_says(
+    solver: Solver, backend: Backend
+) -> None:
+    """Held or not; `pre` of them is that value at the start, wherever it is asked for."""
+    if (solver, backend) == (Solver.EXPORTED, Backend.NUMPY):
+        pytest.skip("what is exported is machine code")
+    text = """
+model M
+  parameter Real a(fixed=false, start=1);
+  parameter Integer k(fixed=false), j(fixed=false), l(fixed=false);
+  parameter Boolean up(fixed=false);
+  discrete Real d(start=2*a, fixed=true), e(start=0, fixed=true), loose(start=a);
+  Integer n(start=k, fixed=true), i(start=j, fixed=true), changes(start=0, fixed=true);
+  Integer later(start=0);
+  Boolean b(start=up, fixed=true);
+  Real x(start=0, fixed=true), y=pre(d);
+initial equation
+  a^3 = 27;
+  k = if a > 2 then 7 else 5;
+  up = a > 2;
+  pre(later) = l + 1;
+initial algorithm
+  j := 4;
+  l := if a > 2 then 8 else 0;
+equation
+  der(x) = d;
+  when {initial(), time > 0.25} then e = pre(d) + 1; end when;
+  when change(d) then changes = pre(changes) + 1; end when;
+  when time > 0.5 then
+    d = pre(d) + 1;
+    loose = pre(loose) + 1;
+    n = pre(n) + 1;
+    i = pre(i) + 1;
+    later = pre(later) + 1;
+    b = not pre(b);
+  end when;
+end M;
+"""
+    options = RunOptions(stop=1.0, tolerance=1e-9, backend=backend, solver=solver)
+    result = compiler.run(compiler.compile_model(Request(text=text), backend), options)
+    begun = {"d": 6, "e": 7, "y": 6, "loose": 3, "n": 7, "i": 4, "b": 1, "changes": 0, "later": 9}
+    ended = {"d": 7, "e": 7, "y": 7, "loose": 4, "n": 8, "i": 5, "b": 0, "changes": 1, "later": 10}
+    assert {name: result[name][0] for name in begun} == pytest.approx(begun, abs=1e-8)
+    assert {name: result[name][-1] for name in ended} == pytest.approx(ended, abs=1e-7)
+    assert result["x"][-1] == pytest.approx(6.5)
+
+
+def test_a_discrete_start_has_one_value_alone(backend: Backend) -> None:
+    text = """
+model M
+  parameter Real a(fixed=false, start=1);
+  discrete Real d(start=a, fixed=true);
+initial equation
+  a^3 = 27;
+  {initial}
+equation
+  when {condition} then
+    d = pre(d) + 1;
+  end when;
+end M;
+"""
+    with pytest.raises(PlanarcError, match=r"`pre\(d\)` must be known before the start"):
+        run(text.format(initial="", condition="{initial(), time > 0.5}"), backend)
+    model = Request(text=text.format(initial="pre(d) = 5;", condition="time > 0.5"))
+    result = compiler.run(compiler.compile_model(model, backend), RunOptions(backend=backend))
+    assert result.ended is not None
+    assert "`d = a` does not hold" in result.ended.message
+
+
+def test_a_start_that_cannot_be_held_is_told(backend: Backend) -> None:
+    with pytest.raises(PlanarcError, match=r"there are 3 of them for 2 states"):
+        run(
+            """
+model M
+  parameter Real a(fixed=false, start=1);
+  Real x(start=a, fixed=true), y=2*x;
+initial equation
+  a^3 = 27;
+  y = 3;
+equation
+  der(x) = -x;
+end M;
+""",
+            backend,
+        )
+
+
+def test_a_mechanism_is_held_where_the_found_angle_says(backend: Backend) -> None:
+    result = run(
+        """
+model Pendulum
+  parameter Real begin(fixed=false, start=0.3);
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Revolute hinge(phi(start=begin, fixed=true), w(fixed=true));
+  PlanarMultiBody.Parts.FixedTranslation rod(r={1, 0});
+  PlanarMultiBody.Parts.Body body(m=1, I=0.1);
+initial equation
+  rod.frame_b.r[2] = 0.5;
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, rod.frame_a);
+  connect(rod.frame_b, body.frame_a);
+end Pendulum;
+""",
+        backend,
+        stop=0.1,
+    )
+    assert result["hinge.phi"][0] == pytest.approx(math.pi / 6)

@@ -102,7 +102,8 @@ def _not_kept(
         hint = None if giver else "leave it out, or set what is held instead"
         if initial and not giver:
             why = "initial equations decide it"
-            hint = "write `start` and `fixed=true` in their place: such a start can be set"
+            hint = "write a `start` without parameters that they find, and `fixed=true`, in their "
+            hint += "place: such a start can be set"
         return Diagnostic(
             "R442",
             f"`{guess.name}` starts at {guess.value:.4g}, and not at {guess.start:.4g}, which was "
