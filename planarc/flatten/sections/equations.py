@@ -15,6 +15,7 @@ Reference: Modelica Language Specification 3.6, chapter 8.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -52,7 +53,7 @@ from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import inside, set_by
+from planarc.ir.flatwalk import inside, set_by, variables_of_target
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 
@@ -237,8 +238,35 @@ def count_equations(equations: Equations) -> int:
         elif isinstance(equation, flat.IfEquation):
             count += count_equations(equation.otherwise)
         elif isinstance(equation, flat.WhenEquation):
-            count += max(count_equations(body) for _, body in equation.branches)
+            count += _set_at_events(equation).total()
     return count
+
+
+def _set_at_events(when: flat.WhenEquation) -> Counter[str]:
+    """The scalars of each variable that some branch gives a value: a branch that leaves it out
+    keeps it."""
+    found = Counter[str]()
+    for _, body in when.branches:
+        found |= _given_in(body)
+    return found
+
+
+def _given_in(body: Equations) -> Counter[str]:
+    """The scalars of each variable that one branch gives a value; others have no name."""
+    found = Counter[str]()
+    for equation in body:
+        if isinstance(equation, flat.IfEquation):
+            found += _given_in(equation.otherwise)
+        elif isinstance(equation, flat.Equality):
+            left = equation.left
+            targets = left.items if isinstance(left, flat.Targets) else (left,)
+            own = Counter[str]()
+            for target in targets:
+                for variable in () if target is None else variables_of_target(target):
+                    own[variable.name] += scalar_count(variable.type)
+            own[""] = _equality_count(equation) - own.total()
+            found += own
+    return found
 
 
 def _equality_count(equation: flat.Equality) -> int:
