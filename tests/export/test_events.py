@@ -168,8 +168,28 @@ equation
   annotation(experiment(StopTime=1));
 end Turns;
 """
+STRUCK = """
+model Struck "A blow on a ball that rests on a yielding floor under a load"
+  import PlanarMultiBody.*;
+  inner World world;
+  Joints.Prismatic slide(n={0, 1}, s(start=0.099, fixed=true), v(fixed=true));
+  Parts.Body ball(m=1);
+  Contacts.Contact contact(redeclare Contacts.Circle contour1(R=0.1),
+    law=Types.ContactLaw.Compliant, c=1e6, e=0.8);
+  Forces.WorldForce load;
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, ball.frame_a);
+  connect(ball.frame_a, contact.frame_a);
+  connect(world.frame_b, contact.frame_b);
+  connect(load.frame_b, ball.frame_a);
+  load.force = {0, if time > 0.1 and time < 0.101 then -2000 else -100};
+  annotation(experiment(StopTime=0.2));
+end Struck;
+"""
 TEXTS = {"Ball": BALL, "StickSlip": STICK_SLIP, "Sampled": SAMPLED, "Pulses": PULSES, "Ends": ENDS,
-         "Breaks": BREAKS, "Slips": SLIPS, "Table": TABLE, "Turns": TURNS}  # fmt: skip
+         "Breaks": BREAKS, "Slips": SLIPS, "Table": TABLE, "Turns": TURNS,
+         "Struck": STRUCK}  # fmt: skip
 LIBRARY = "PlanarMultiBody.Examples."
 OWN = {  # of the library, with the time that is compared
     "Elementary.BouncingMass": 2.5,
@@ -177,7 +197,7 @@ OWN = {  # of the library, with the time that is compared
     "Contacts.SoftLanding": 2.0,
     "Systems.QuickReturn": 2.0,
 }
-NAMES = ("Ball", "StickSlip", "Sampled", "Pulses", "Ends", "Slips", "Table", *OWN)
+NAMES = ("Ball", "StickSlip", "Sampled", "Pulses", "Ends", "Slips", "Table", "Struck", *OWN)
 
 
 @cache

@@ -95,6 +95,96 @@ def test_a_yielding_ball_slides_until_it_rolls_and_sticks_on_a_slope(backend: st
     assert abs(r["contact.slip[1]"][-1]) < 1e-7
 
 
+PRESSED = """
+  Joints.Prismatic slide(n={{0, 1}}, s(start={s!r}, fixed=true), v(start={v!r}, fixed=true));
+  Parts.Body ball(m=1);
+  Contacts.Contact contact(redeclare Contacts.Circle contour1(R=0.1),
+    law=Types.ContactLaw.Compliant, c=1e6, e={e});
+  {more};
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, ball.frame_a);
+  connect(ball.frame_a, contact.frame_a);
+  connect(world.frame_b, contact.frame_b);
+  {equations};
+"""
+DEPTH = (G / 1e6) ** (2 / 3)  # in which the ball rests
+
+
+def pressed(s: float, v: float, more: str = "", equations: str = "", e: float = 0.5) -> str:
+    text = PRESSED.format(s=s, v=v, e=e, more=more, equations=equations)
+    return "\n".join(line for line in text.splitlines() if line.strip() != ";")
+
+
+@both_backends
+def test_bodies_that_touch_at_the_start_rebound_as_those_that_meet(backend: str) -> None:
+    """A blow of 2 m/s, from where the surfaces are just apart, just touch, and bear the weight."""
+    meets, touches, bears = (
+        run(pressed(s, -2), 0.02, backend, intervals=2000, tolerance=1e-9)
+        for s in (0.1 + 1e-9, 0.1 - 1e-6, 0.1 - DEPTH)
+    )
+    for r, near in ((touches, 1e-4), (bears, 1e-3)):
+        assert r["contact.f_n[1]"].max() == pytest.approx(meets["contact.f_n[1]"].max(), rel=near)
+        assert r["slide.v"].max() == pytest.approx(meets["slide.v"].max(), rel=near)
+    assert meets["slide.v"].max() == pytest.approx(0.5 * 2, rel=0.05)
+
+
+@both_backends
+def test_what_rests_is_struck_as_what_comes_with_that_speed(backend: str) -> None:
+    """A hammer as heavy as the ball hands it all its 2 m/s, by the rigid law."""
+    more = """Joints.Prismatic guide(n={0, 1}, s(start=0.5, fixed=true), v(start=-1, fixed=true));
+  Parts.Body hammer(m=1);
+  Contacts.Contact blow(redeclare Contacts.HalfPlane contour2(r={0, 0.1}), e=1)"""
+    equations = """connect(world.frame_b, guide.frame_a);
+  connect(guide.frame_b, hammer.frame_a);
+  connect(hammer.frame_a, blow.frame_a);
+  connect(ball.frame_a, blow.frame_b)"""
+    body = pressed(0.1 - DEPTH, 0.0, more, equations)
+    r = run(body, 0.3, backend, intervals=30000, tolerance=1e-9)
+    struck = next(e.time for e in r.events if "impact of" in e.causes[0])
+    speed = -sqrt(1 + 2 * G * (0.3 + DEPTH))
+    at = r["time"].searchsorted(struck, "right")
+    assert r["slide.v"][at] == pytest.approx(speed, rel=1e-2)
+    alone = run(pressed(0.1 + 1e-9, speed), 0.02, backend, intervals=2000, tolerance=1e-9)
+    soon = slice(at, r["time"].searchsorted(struck + 0.01))
+    assert r["contact.f_n[1]"][soon].max() == pytest.approx(alone["contact.f_n[1]"].max(), rel=1e-3)
+
+
+@both_backends
+def test_what_is_pressed_on_rings_with_its_restitution_and_a_continuous_force(
+    backend: str,
+) -> None:
+    """A blow on a ball under 1 kN, which never parts: each swing back is lower, and few happen."""
+    more = "Forces.WorldForce load"
+    r = run(
+        pressed(0.1 - 0.01, -2, more, "connect(load.frame_b, ball.frame_a);\n"
+                "  load.force = {0, -1000}", e=0.9),
+        0.3, backend, intervals=30000, tolerance=1e-9,
+    )  # fmt: skip
+    force, speed = r["contact.f_n[1]"], r["slide.v"]
+    assert force[1:].min() > 0
+    for event in r.events:
+        first, last = (r["time"].searchsorted(event.time, side) for side in ("left", "right"))
+        assert last - first > 1
+        assert force[first] == pytest.approx(force[last - 1], rel=1e-4)
+    turns = np.flatnonzero((speed[1:-1] > speed[:-2]) & (speed[1:-1] >= speed[2:])) + 1
+    peaks = speed[turns][speed[turns] > 0.05]
+    assert len(peaks) >= 2
+    assert (peaks[1:] < 0.7 * peaks[:-1]).all()
+    assert abs(speed[-1]) < 1e-3
+    assert len(r.events) < 10
+
+
+@both_backends
+def test_what_starts_deep_in_the_floor_is_thrown_out(backend: str) -> None:
+    """Leaving takes D*e of what the floor stores, with (1 + e)*D = log((1 + D)/(1 - e*D))."""
+    damping = 1.43275
+    assert 1.5 * damping == pytest.approx(np.log((1 + damping) / (1 - 0.5 * damping)), rel=1e-5)
+    r = run(pressed(0.1 - 0.02, 0.0), 0.02, backend, intervals=2000, tolerance=1e-9)
+    given = 1e6 * 0.02**2.5 / 2.5 * (1 - 0.5 * damping)
+    assert r["slide.v"].max() ** 2 / 2 == pytest.approx(given - G * 0.02, rel=1e-2)
+
+
 def test_the_compliant_law_tends_to_the_rigid_one() -> None:
     """The time of contact, and with it the difference, goes with c^(-2/5)."""
     rigid = run(ball("e=0.5", y=1.1), 0.6, "native")["ball.r[2]"][-1]
@@ -281,7 +371,7 @@ def test_balls_that_hang_still_do_not_strike_each_other_by_errors(
     ]
     np.testing.assert_allclose(blows, np.sqrt(2 * G * (1 - np.cos(0.5))), rtol=1e-3)
     assert len(blows) == 40
-    assert len(r.events) < 20
+    assert len(r.events) < 10
     for i in (2, 3, 4):
         assert np.abs(r[f"hinge[{i}].phi"]).max() < 1e-5
 
