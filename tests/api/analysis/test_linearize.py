@@ -88,6 +88,14 @@ def test_matrices_of_a_filter_are_its_own(lag: Model) -> None:
     assert linear.values["u"] == 2
 
 
+def test_what_has_neither_states_nor_inputs_has_an_empty_linear_model() -> None:
+    model = load("model Root\n  output Real z(start=1);\nequation\n  z + exp(z) = 2;\nend Root;")
+    linear = model.linearize()
+    assert (linear.states, linear.inputs, linear.outputs) == ((), (), ("z",))
+    assert (linear.A.shape, linear.C.shape, linear.D.shape) == ((0, 0), (1, 0), (1, 0))
+    assert linear.stable
+
+
 def test_a_time_is_a_point_of_the_run(pendulum: Model) -> None:
     linear = pendulum.linearize(0.3, outputs=["hinge.z"])
     run = pendulum.simulate(0.3)

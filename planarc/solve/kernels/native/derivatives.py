@@ -41,7 +41,7 @@ class NativeDerivatives:
         self._keep(Passing.LOCAL, np.zeros(tape.nodes * stride))
         self.memory[Passing.FRAME], self.memory[Passing.TAPE] = frame, text
         self.memory[Passing.COEFFICIENTS] = engine.address(f"pc_slopes_{scope.value}")
-        self._seeds: list[int] = []
+        self._seeds: list[int] | None = None  # none yet
 
     def _keep(self, which: Passing, array: Any) -> None:
         self._arrays[which] = array
@@ -56,7 +56,7 @@ class NativeDerivatives:
         rank = [heights[:j].count(h) for j, h in enumerate(heights)]
         order = sorted(range(len(heights)), key=lambda j: (rank[j], -heights[j]))
         self._columns = np.argsort(order).astype(np.int64)
-        self._seeds = []
+        self._seeds = None
         if Passing.RATES in self._arrays:
             self._place()
 
@@ -89,7 +89,8 @@ class NativeDerivatives:
 
     def of_values(self, t: float, leaves: Sequence[int], rows: Sequence[int]) -> Matrix | None:
         node_of, memory = self._tape.node_of, address(self.memory)
-        self._seed([node_of.get(s, -1) for s in leaves])
+        leaf_nodes = [node_of.get(s, -1) for s in leaves]
+        self._seed(leaf_nodes)
         if self._pass(memory, t):
             return None
         nodes = np.array([node_of.get(s, -1) for s in rows], np.int64)
@@ -98,7 +99,7 @@ class NativeDerivatives:
             return None
         n = len(self._states)
         found[:, :n] = found[:, self._columns]
-        return found[:, : len(self._seeds)]
+        return found[:, : n + len(leaf_nodes)]
 
     def prepare(self) -> None:
         """Make ready for CVODE."""
