@@ -228,6 +228,27 @@ def test_a_state_of_rest_beyond_what_touches_is_none(part: str, a: str, b: str, 
     assert found.span is not None and found.span.text.startswith("touch")
 
 
+def test_a_ball_above_a_floor_is_held_by_it() -> None:
+    """It falls on and on without it, which is no answer; where it touches, it rests."""
+    model = planarc.load("""
+model Above
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.Prismatic slide(n={0, 1}, s(start=0.5, fixed=true), v(fixed=true));
+  PlanarMultiBody.Parts.Body ball(m=1, I=0.1);
+  PlanarMultiBody.Contacts.Contact floor(
+    redeclare PlanarMultiBody.Contacts.Circle contour1(R=0.1));
+equation
+  connect(world.frame_b, slide.frame_a);
+  connect(slide.frame_b, ball.frame_a);
+  connect(ball.frame_a, floor.frame_a);
+  connect(world.frame_b, floor.frame_b);
+end Above;
+""")
+    with pytest.raises(PlanarcError, match="the way down to rest leads through `floor`"):
+        model.equilibrium()
+    assert model.equilibrium(start={"slide.s": 0.1}).stable
+
+
 def test_what_only_presses_cannot_pull_at_rest() -> None:
     """A ball that rests on the ground, under a spring that draws it up in the end."""
     text = """

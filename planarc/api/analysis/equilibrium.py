@@ -114,6 +114,7 @@ def settle_down(point: Point) -> Equilibrium:
         if growth > 0 and size > zero:  # above a hill: no larger step than leads down from it
             pseudo = min(pseudo, 0.5 / growth)
         pseudo, size = way.step(jacobian, pseudo, size)
+    refuse_beyond(point, at_rest=False)
     raise error(
         "R471",
         f"no equilibrium was found: after {STEPS} steps there is still an acceleration of "
@@ -122,8 +123,9 @@ def settle_down(point: Point) -> Equilibrium:
     )
 
 
-def refuse_beyond(point: Point) -> None:
-    """Refuse a state of rest that the model's touches do not allow. Raises PlanarcError R471."""
+def refuse_beyond(point: Point, at_rest: bool = True) -> None:
+    """Refuse a state of rest that the model's touches do not allow, or a way that leads through
+    them and on. Raises PlanarcError R471."""
     from planarc.solve.contact import messages
     from planarc.solve.contact.touches import Touches
 
@@ -133,7 +135,7 @@ def refuse_beyond(point: Point) -> None:
     gap, pressing, held = (touches.get(n) for n in ("gap", "f_n", "held"))
     least = ROUNDING * max(1.0, float(np.abs(pressing).max()))
     through = ~touches.bound & (held == 0) & (gap < -DEEP)
-    pulled = ~touches.bound & (held != 0) & (pressing < -least)
+    pulled = at_rest & ~touches.bound & (held != 0) & (pressing < -least)
     for wrong, pulls in ((through, False), (pulled, True)):
         for i in np.flatnonzero(wrong):
             raise PlanarcError(messages.passed_through(touches, int(i), pulls))

@@ -82,8 +82,8 @@ def passed_through(touches: Points, i: int, pulled: bool) -> Diagnostic:
     if pulled:
         message = f"at rest {where} would have to pull, and can only press"
     hint = (
-        "let a run come to rest, with some damping, and begin from there: "
-        "`--start-from RESULT`; or give start values at which it touches there"
+        "let a run come to rest, with some damping: `planarc simulate --start-from RESULT` begins "
+        "where it ends; or give start values at which it touches there"
     )
     return _found(touches, i, "R471", f"no equilibrium was found: {message}", hint)
 
