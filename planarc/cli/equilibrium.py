@@ -23,6 +23,7 @@ def equilibrium(
     model = open_model(target, class_name, library, redundant=redundant)
     model, values, starts = with_settings(model, settings)
     found = model.equilibrium(parameters=values, start=starts)
+    console.complain(found.warnings)
     if as_json:
         told = {"stable": found.stable, "neutral": found.neutral}
         say_json({"model": model.name, **told, "start": found.start, "values": found.values})

@@ -65,6 +65,7 @@ def linearize(
         }
         for m in found.modes
     ]
+    console.complain(found.warnings)
     if as_json:
         matrices = {n: getattr(found, n).tolist() for n in "ABCD"}
         names = {n: list(getattr(found, n)) for n in ("states", "inputs", "outputs")}

@@ -29,11 +29,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planarc.api.analysis.point import Point, derivative, open_point
+from planarc.api.analysis.rubbing import told_at_rest
 from planarc.api.htmltable import html_table
 from planarc.api.signals import Signal
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import refuse_unknown
 
@@ -57,6 +58,7 @@ class Equilibrium(Data):
 
     `stable`: the mechanism comes back after any small push; `neutral`: after some push it stays
     where it was pushed to, as a ball on a table does. It is unstable where it is neither.
+    `warnings` tell of joints that dry friction holds (R475).
     """
 
     start: Mapping[str, float]
@@ -64,6 +66,7 @@ class Equilibrium(Data):
     stable: bool
     steps: int
     neutral: bool = False
+    warnings: tuple[Diagnostic, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -110,7 +113,8 @@ def settle_down(point: Point) -> Equilibrium:
         if size <= zero and not (pseudo < 1e6 and step < 3 and size > 0):
             refuse_beyond(point)
             stable, neutral = growth < -FLAT, abs(growth) <= FLAT
-            return Equilibrium(point.starts(), point.values(), stable, step, neutral)
+            told = told_at_rest(point)
+            return Equilibrium(point.starts(), point.values(), stable, step, neutral, told)
         if growth > 0 and size > zero:  # above a hill: no larger step than leads down from it
             pseudo = min(pseudo, 0.5 / growth)
         pseudo, size = way.step(jacobian, pseudo, size)

@@ -23,6 +23,7 @@ from planarc.api.analysis.equilibrium import settle_down
 from planarc.api.analysis.holding import what_holds
 from planarc.api.analysis.point import Point, derivative, open_point
 from planarc.api.analysis.response import Response, response, to_control, to_scipy
+from planarc.api.analysis.rubbing import told_of_modes
 from planarc.api.analysis.starting import model_at
 from planarc.api.htmltable import html_table
 from planarc.api.result import Page, Result
@@ -76,7 +77,7 @@ class Linearization(Data, eq=False):
     `inputs` and `outputs`, in SI units. Parameters that the start finds (`fixed=false`) are no
     states. `derivatives` tells whether they come from `formulas` or from `differences`. `holding`
     names rigid contacts and joints with friction that rest there and stay so: states that follow
-    from others by them are left out.
+    from others by them are left out. `warnings` tell of joints that dry friction holds (R475).
     """
 
     A: Vector
@@ -92,6 +93,7 @@ class Linearization(Data, eq=False):
     point: Point
     holding: tuple[str, ...]
     lift: Vector  # deviations of the point's states from those of `states`
+    warnings: tuple[Diagnostic, ...] = ()
 
     def __repr__(self) -> str:
         stable = "stable" if self.stable else "unstable"
@@ -248,6 +250,7 @@ def at_point(point: Point, outputs: Sequence[str] = ()) -> Linearization:
         point=point,
         holding=holding.touches,
         lift=lift,
+        warnings=told_of_modes(point),
     )
 
 

@@ -96,6 +96,47 @@ def test_what_has_neither_states_nor_inputs_has_an_empty_linear_model() -> None:
     assert linear.stable
 
 
+FLAP = """
+model Flap
+  inner PlanarMultiBody.World world;
+  PlanarMultiBody.Joints.RevoluteWithFriction hinge(mu=0.3, R=0.05,
+    phi(start=1.5, fixed=true), w(fixed=true));
+  PlanarMultiBody.Parts.Body flap(m=2, I=0.1, r_CM={0.5, 0});
+equation
+  connect(world.frame_b, hinge.frame_a);
+  connect(hinge.frame_b, flap.frame_a);
+end Flap;
+"""
+
+
+def test_what_dry_friction_holds_is_told() -> None:
+    """The moment 2*G*0.5*cos(phi) is held up to 2*G*R*sin(atan(mu))."""
+    model = load(FLAP)
+    end, within = model.equilibrium(), model.equilibrium(start={"hinge.phi": -1.56})
+    limit = math.acos(0.05 * math.sin(math.atan(0.3)) / 0.5)
+    assert end.start["hinge.phi"] == pytest.approx(-limit, abs=1e-6)
+    assert within.start["hinge.phi"] == -1.56
+    slides, sticks = model.linearize("equilibrium"), model.linearize({"hinge.phi": -1.56})
+    for found, words in (
+        (end, "an end of a range"),
+        (within, "one of a range"),
+        (slides, "sliding one way"),
+        (sticks, "lets nothing move it"),
+    ):
+        (told,) = found.warnings
+        assert told.code == "R475"
+        assert words in told.message
+        assert told.span is not None and told.span.text.startswith("hinge(")
+
+
+def test_friction_that_has_its_sign_is_not_spoken_of() -> None:
+    model = load(FLAP)
+    assert not model.linearize(0.5).warnings
+    free = model.linearize("equilibrium", parameters={"hinge.mu": 0})
+    assert not free.warnings
+    assert free.modes[0].natural_frequency == pytest.approx(math.sqrt(G / (0.5 + 0.1)), rel=1e-6)
+
+
 def test_a_time_is_a_point_of_the_run(pendulum: Model) -> None:
     linear = pendulum.linearize(0.3, outputs=["hinge.z"])
     run = pendulum.simulate(0.3)
