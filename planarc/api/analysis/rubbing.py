@@ -41,7 +41,7 @@ def told_at_rest(point: Point) -> tuple[Diagnostic, ...]:
 def told_of_modes(point: Point) -> tuple[Diagnostic, ...]:
     """What a linear model does not say about joints that rub."""
     takes = {
-        True: "lets nothing move it, and what is left of its speed shrink by 10/s",
+        True: "lets nothing move it",
         False: "takes its friction for that of sliding one way, which neither holds nor damps",
     }
     return tuple(
