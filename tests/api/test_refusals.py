@@ -38,7 +38,7 @@ def test_an_element_that_would_follow_its_parameters_no_longer() -> None:
 def test_a_coordinate_whose_torque_no_equation_leaves_open() -> None:
     given: Any = SimpleNamespace(table=Exprs(), equations=(), variables=())
     with pytest.raises(UsageError, match="C247"):
-        drive._with_motions(given, ["hinge.phi"], {"hinge.phi": "hinge.tau"})
+        drive._with_motions(given, ["hinge.phi"], {"hinge.phi": "hinge.tau"}, [None])
 
 
 def test_a_journal_that_another_study_is_writing(tmp_path: Path) -> None:
