@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from planarc.codegen.held import Held
 from planarc.codegen.sections import Sections
+from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
 from planarc.core.unit import rate_text
 from planarc.evaluate.value import evaluate
 from planarc.ir.actions import rewrite_action
+from planarc.ir.calculus import partial
 from planarc.ir.dae import SHARING, Action, Kind, Parameter, Variable, set_by_whens
-from planarc.ir.expr import Expr, Op, postorder, symbol_text, symbols
+from planarc.ir.expr import Expr, Exprs, Op, postorder, symbol_text, symbols
 from planarc.ir.program import (
     CandidateSlot,
     Column,
@@ -206,17 +208,26 @@ class Tables:
         known = {p.name for p in self._dae.parameters} | {v.name for v in self._dae.discretes}
         return any(s.name not in known for s in symbols(*swings))
 
-    def turning(self) -> tuple[int, ...]:
-        """See `Program.turning`."""
+    def turning(self) -> tuple[tuple[int, Expr], ...]:
+        """Where there are relations, the slots of what sines are asked of, with factors of
+        parameters: `sin(k*x)` turns k times as far as x moves."""
         dae = self._dae
         if all(r.time_only for r in dae.relations):
             return ()
-        swings = [e for e in dae.table.all if e.op is Op.CALL and e.data in WAVES]
         known = {p.name for p in dae.parameters}
-        slots = self._layout.slots
-        found = (slots.get(repr(s)) for s in symbols(*swings) if s.name not in known)
-        constant = self._sections.constant_slots
-        return tuple(sorted({s for s in found if s is not None} - constant))
+        slots, constant = self._layout.slots, self._sections.constant_slots
+        found: dict[tuple[int, Expr], None] = {}
+        for e in list(dae.table.all):
+            if e.op is not Op.CALL or e.data not in WAVES:
+                continue
+            for symbol in symbols(e):
+                slot = slots.get(repr(symbol))
+                if slot is None or slot in constant or symbol.name in known:
+                    continue
+                factor = _slope(dae.table, e.args[0], symbol)
+                plain = all(s.name in known for s in symbols(factor))
+                found[slot, self._sections.aliases(factor) if plain else dae.table.one] = None
+        return tuple(sorted(found, key=lambda pair: (pair[0], pair[1].id)))
 
     def samplers(self) -> tuple[tuple[int, Expr, Expr, Span], ...]:
         aliases = self._sections.aliases
@@ -252,6 +263,16 @@ class Tables:
             WhenCode(tuple(branch(*b) for b in when.branches), when.span)
             for when in self._dae.whens
         )
+
+
+def _slope(table: Exprs, e: Expr, symbol: Expr) -> Expr:
+    """How fast an expression changes with a symbol; 1 where nothing tells."""
+    if e is symbol:
+        return table.one
+    try:
+        return partial(table, symbol)(e)
+    except PlanarcError:
+        return table.one
 
 
 def _no_leaf(e: Expr) -> float:

@@ -80,7 +80,8 @@ class Arguments(ctypes.Structure):
         ("relations", c_int64),
         ("points", c_void_p),  # `solve.solvers.dips`
         ("seen", c_int64),
-        ("turning", c_void_p),  # int64, the slots of angles of which sines are asked
+        ("turning", c_void_p),  # int64, the slots of what sines are asked of
+        ("factors", c_void_p),  # how far angles turn as what stands there moves by 1
         ("turning_count", c_int64),
         ("turned", c_void_p),  # where they were at the point before
         ("farthest", c_double),  # how far one has turned since then

@@ -344,7 +344,7 @@ class Program(Data):
     inputs: tuple[str, ...] = ()  # of the model itself
     outputs: tuple[str, ...] = ()
     delays: tuple[DelayCode, ...] = ()
-    turning: tuple[int, ...] = ()  # slots of what sines are asked of, where there are relations
+    turning: tuple[tuple[int, Expr], ...] = ()  # see `codegen.tables.Tables.turning`
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
     limits: tuple[Limits, ...] = ()  # of variables that declare some
     enumerations: tuple[Enumeration, ...] = ()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isclose
+from math import inf, isclose, isfinite
 from typing import TYPE_CHECKING
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.interruption import Interruption
+from planarc.ir.expr import Expr
 from planarc.ir.frame import angles_of_loops
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
@@ -23,6 +24,7 @@ from planarc.solve.events.instants import Schedule
 from planarc.solve.events.iteration import Events
 from planarc.solve.events.jumps import Jumps
 from planarc.solve.events.passed import Passed
+from planarc.solve.messages.text import Reader
 from planarc.solve.opened import set_workspace
 from planarc.solve.recorder import Recorder
 from planarc.solve.rescue.rescue import Rescue
@@ -77,7 +79,7 @@ class Bench:
             form.waves,
             form.angles,
             bool(self.events.touches),
-            program.turning,
+            _turning(program, kernel, request.start),
         )
         self.integrator: Integrator
         if request.stepping:
@@ -213,6 +215,20 @@ class Bench:
         for diagnostic in found:
             self.ended = diagnostic
             self.recorder.cut(row + 1)
+
+
+def _turning(program: Program, kernel: Kernel, t: float) -> tuple[tuple[int, float], ...]:
+    """The slots of angles of which sines are asked, with how far these turn as those move by 1."""
+    read = Reader(program, kernel, t)
+    return tuple((slot, _size(read, e)) for slot, e in program.turning)
+
+
+def _size(read: Reader, factor: Expr) -> float:
+    try:
+        size = abs(float(read(factor)))
+    except (ArithmeticError, ValueError):
+        return 1.0
+    return size if isfinite(size) else 1.0
 
 
 class _Form(Data):

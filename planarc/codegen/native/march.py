@@ -116,9 +116,9 @@ def _note(c: Code, given: _Arguments, t: Value, end: str) -> None:
 def _note_angles(c: Code, given: _Arguments, end: str) -> None:
     """The angles at the end of a step; one that has turned far asks for looks along it."""
     farthest, turned, w = c.variable(0.0, REAL), given.turned, given.workspace
-    slots = given.turning
+    slots, factors = given.turning, given.factors
     with c.loop(given.turning_count) as i:
-        now = w.load(REAL, slots.load(INT, i))
+        now = w.load(REAL, slots.load(INT, i)) * factors.load(REAL, i)
         farthest.set(c.largest(c.absolute(now - turned.load(REAL, i)), farthest.get()))
         turned.store(now, i)
     given.set("farthest", farthest.get())

@@ -53,14 +53,17 @@ class Suspicion(IntEnum):
 class Dips:
     """`points`: rows of a time and all zero functions there, the last one fourth; then a row of
     their largest sizes. `seen`: how many of these there are since the run went on. `turned`: the
-    angles at the last of them, of the slots `turning`; `farthest`: how far one has turned since the
-    point before."""
+    angles at the last of them, of the slots `turning` times `factors`; `farthest`: how far one has
+    turned since the point before."""
 
-    def __init__(self, zeros: Zeros, relations: int, turning: Sequence[int] = ()) -> None:
+    def __init__(
+        self, zeros: Zeros, relations: int, turning: Sequence[tuple[int, float]] = ()
+    ) -> None:
         import numpy as np
 
         self.points = np.zeros((POINTS + 1, 1 + relations))
-        self.turning = np.array(turning, dtype=np.int64)
+        self.turning = np.array([slot for slot, _ in turning], dtype=np.int64)
+        self.factors = np.array([factor for _, factor in turning], dtype=float)
         self.turned = np.zeros(len(turning))
         self._zeros = zeros
         self.renew()
@@ -100,7 +103,7 @@ class Dips:
         """Take the angles where the kernel is; what is to be searched for up to there."""
         if not len(self.turning):
             return Suspicion.NONE
-        now = self._zeros.values(self.turning)
+        now = self.factors * self._zeros.values(self.turning)
         self.farthest = float(abs(now - self.turned).max()) if self._begun else 0.0
         self.turned[:], self._begun = now, True
         return Suspicion.ROUGH if self.farthest > REACH else Suspicion.NONE

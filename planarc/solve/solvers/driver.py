@@ -46,6 +46,7 @@ class Driver:
             relations=dips.points.shape[1] - 1,
             points=address(dips.points),
             turning=address(dips.turning),
+            factors=address(dips.factors),
             turning_count=len(dips.turning),
             turned=address(dips.turned),
             states=poles.size,

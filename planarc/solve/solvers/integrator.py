@@ -106,7 +106,8 @@ class Settings(Data):
     waves: bool = False  # zero functions may switch any number of times within a step
     angles: tuple[int, ...] = ()  # slots of those that close loops
     touches: bool = False  # whether something must rest to the last digits
-    turning: tuple[int, ...] = ()  # slots of angles of which sines are asked, where relations are
+    #: Slots of what sines are asked of, where there are relations, and how far these turn with it.
+    turning: tuple[tuple[int, float], ...] = ()
 
 
 class Integrator(ABC):

@@ -124,3 +124,20 @@ def test_an_angle_that_no_relation_feels_costs_no_event() -> None:
     run = planarc.load(DRIVEN.format(phi="7*time").replace("- 0.99", "- 1.01")).simulate(50)
     assert run["n"][-1] == 0
     assert not run.events
+
+
+@pytest.mark.parametrize("k", ["300", "k", "2*k - 300"])
+def test_a_sine_of_many_turns_by_way_of_a_variable(k: str) -> None:
+    model = planarc.load(f"""
+    model Comb
+      parameter Real k = 300;
+      Real x(start=0, fixed=true), s = sin(({k})*x + 1);
+      discrete Integer n(start=0, fixed=true);
+    equation
+      der(x) = 1;
+      when s > 0 then
+        n = pre(n) + 1;
+      end when;
+    end Comb;
+    """)
+    assert model.simulate(20)["n"][-1] == int((300 * 20 + 1) / (2 * np.pi))
