@@ -21,7 +21,7 @@ from planarc.core.diagnostic import Diagnostic, Miscounted, Related, Undecided
 from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both, counted, shortened
 from planarc.core.source import Span
-from planarc.flatten.connect.connect import Connection, match_leaves
+from planarc.flatten.connect.connect import Connection, Member, match_leaves
 from planarc.flatten.connect.inputs import is_public_input, owner_of
 from planarc.flatten.sections.equations import count_equations
 from planarc.flatten.sections.gather import Gathered
@@ -242,6 +242,8 @@ def _count_connections(connections: list[Connection], excess: Excess) -> None:
     by_component: dict[str, list[Connection]] = {}
     for connection in connections:
         by_component.setdefault(connection.component, []).append(connection)
+    told: set[tuple[str, bool]] = set()
+    beyond: dict[tuple[str, bool], Member] = {}
     for component, own in by_component.items():
         sets: DisjointSets[tuple[str, bool]] = DisjointSets()
         members = {}
@@ -257,6 +259,18 @@ def _count_connections(connections: list[Connection], excess: Excess) -> None:
             if joined[0].is_flow:
                 # the flow of each inside connector was credited to its own component
                 inside = sum(not m.outside for m in joined)
-                excess[component] += size * (1 - inside)
+                outer = {m.key: m for m in joined if m.outside and _owner(m) != component}
+                excess[component] += size * (int(not outer) - inside)
+                beyond |= outer
+                if not outer:
+                    told |= {*keys}
             else:
                 excess[component] += size * (len(joined) - 1)
+    for key, member in beyond.items():
+        if key not in told:  # the sum of what parts connect to it through `outer`
+            excess[_owner(member)] += scalar_count(member.type)
+
+
+def _owner(member: Member) -> str:
+    """The component that a variable of a connector belongs to."""
+    return owner_of(member.leaf).prefix or ""

@@ -147,13 +147,22 @@ def _is_absent(view: View) -> bool:
 
 
 def _is_outside(ref: syntax.Ref, env: Env) -> bool:
-    """Outside: the first identifier is a connector of this class itself (9.1.2)."""
+    """Outside: the first identifier is a connector of this class itself (9.1.2), or a component's
+    connector is `outer`, so that it is one of a class around (9.2)."""
     found = find(env.scope, ref.parts[0].name, ref.span)
     if found is None or found[0].is_class:
         return False
-    if found[0].definition.prefixes.outer:
+    node = node_of(found[0])
+    return _is_connector(node) or (len(ref.parts) > 1 and _holds_outer(node, ref.parts[1].name))
+
+
+def _holds_outer(node: Node, name: str) -> bool:
+    """Whether what a component, or each of an array of them, calls `name` is `outer` there."""
+    if not isinstance(node, Instance | Family):
         return False
-    return _is_connector(node_of(found[0]))
+    layout = node.layout if isinstance(node, Instance) else layout_of(node.cls)
+    slot = layout.members.get(name)
+    return slot is not None and slot[1].prefixes.outer
 
 
 def _is_connector(node: Node) -> bool:

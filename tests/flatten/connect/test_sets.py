@@ -47,3 +47,55 @@ def test_flows_into_a_node_sum_to_zero_and_a_lone_one_is_zero(flatten_text: Flat
         "'a.p.i' = 0",
         "'b.n.i' = 0",
     ]
+
+
+OUTER = (
+    PIN
+    + """
+    model S Pin c; equation c.v = 5; end S;
+    model L Pin c; equation c.i = c.v; end L;
+    model Source outer Pin bus; S s; equation connect(s.c, bus); end Source;
+    model Load outer Pin bus; L l; equation connect(l.c, bus); end Load;
+    model Reader outer Pin bus; Real v = bus.v; end Reader;
+    """
+)
+
+
+def flow_sums(model: flat.FlatModel) -> list[str]:
+    """The sums of flows, without those of ends that nothing is connected to."""
+    sums = (
+        print_expression(e.left)
+        for e in model.equations
+        if isinstance(e, flat.Equality) and e.generated and not isinstance(e.left, flat.Targets)
+    )
+    return sorted(s for s in sums if ".i'" in s)
+
+
+def test_an_outer_connector_is_the_inner_one_seen_from_its_own_class(flatten_text: Flatten) -> None:
+    model = flatten_text(
+        OUTER
+        + """
+        model System
+          inner Pin bus; Source a; Load b; L l;
+        equation
+          connect(l.c, bus);
+        end System;
+        model T System s; L l; equation connect(s.bus, l.c); end T;
+        """
+    )
+    assert flow_sums(model) == [
+        "'s.bus.i' + 'l.c.i'",
+        "'s.l.c.i' + 's.a.s.c.i' + 's.b.l.c.i' - 's.bus.i'",
+    ]
+
+
+def test_an_inner_connector_that_only_outer_ones_meet(flatten_text: Flatten) -> None:
+    model = flatten_text(OUTER + "model T inner Pin bus; Source a; Load b; end T;")
+    assert flow_sums(model) == ["'a.s.c.i' + 'b.l.c.i' - 'bus.i'", "'bus.i'"]
+
+
+def test_the_outer_connector_of_a_part_is_that_of_the_class_around(flatten_text: Flatten) -> None:
+    text = "model T inner Pin bus; Source a; Reader r[2]; L l; equation connect({}, l.c); end T;"
+    for name in ("bus", "r[2].bus", "a.bus"):
+        model = flatten_text(OUTER + text.format(name))
+        assert flow_sums(model) == ["'bus.i'", "'l.c.i' + 'a.s.c.i' - 'bus.i'"], name
