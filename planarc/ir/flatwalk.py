@@ -124,13 +124,16 @@ def expressions_in(items: Iterable[Item]) -> Iterator[flat.Expression]:
 
 
 def set_by(item: Item) -> Iterator[flat.Reference]:
-    """The variables that an assignment sets, or that stand alone left in an equation."""
+    """The variables that an assignment sets, or an equation of a when-clause: those that stand
+    alone on its left, as whole records, too."""
     targets: Sequence[flat.Expression | None] = ()
     match item:
         case flat.Equality(left=flat.Targets(items)) | flat.TupleAssignment(targets=items):
             targets = items
-        case flat.Equality(left=flat.Reference() as target) | flat.Assignment(target=target):
+        case flat.Assignment(target=target):
             targets = (target,)
+        case flat.Equality(left=left) if not isinstance(left, flat.Targets):
+            targets = (left,)
     for each in targets:
         if each is not None:
             yield from variables_of_target(each)

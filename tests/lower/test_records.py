@@ -135,3 +135,35 @@ end M;
 """
     with pytest.raises(planarc.PlanarcError, match="cannot be set"):
         planarc.load(text).simulate(1.0, parameters={"sheet.r": 3.0})
+
+
+def test_a_record_set_as_a_whole_at_an_event_is_held_until_the_next_one(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        R p(a=time, b=2); R r(a(start=1), b(start=2)); R s[2]; R q;
+      equation
+        when {time > 0.3, time > 0.6} then
+          r = R(pre(r.a) + 1, time);
+        end when;
+        when time > 0.6 then
+          s = {p, swapped(p)};
+        end when;
+        when time > 0.3 then
+          q = if r.a > 1.5 then p else r;
+        end when;
+        """,
+    )
+    t = result.time
+    assert result["r.a"][t < 0.3] == pytest.approx(1)
+    assert result["r.a"][-1] == 3
+    assert result["r.b"][-1] == pytest.approx(0.6)
+    assert result["s[1].a"][-1] == result["s[2].b"][-1] == pytest.approx(0.6)
+    assert result["s[1].b"][-1] == result["s[2].a"][-1] == 2
+    assert result["q.a"][-1] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("field", ["r = swapped(r);", "r.b = 3;"])
+def test_a_record_is_given_once_in_a_branch(field: str, tmp_path: Path) -> None:
+    with pytest.raises(planarc.PlanarcError, match=r"given twice in one branch of a when"):
+        run(tmp_path, f"R r; equation when time > 0.3 then r = R(1, 2); {field} end when;")

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from msgspec.structs import replace
@@ -319,10 +319,7 @@ def _expect_once(equations: Equations) -> None:
 
     seen: dict[str, Span] = {}
     for equation in equations:
-        target = None
-        if isinstance(equation, flat.Equality | flat.Reinit):
-            target = equation.left if isinstance(equation, flat.Equality) else equation.variable
-        if isinstance(target, flat.Reference):
+        for target in _targets(equation):
             name = print_expression(target)
             if name in seen:
                 message = f"`{target.span.text}` is given twice in one branch of a when"
@@ -332,6 +329,12 @@ def _expect_once(equations: Equations) -> None:
                     Miscounted("F321", message, equation.span, hint=hint, related=related)
                 )
             seen[name] = equation.span
+
+
+def _targets(equation: flat.Equation) -> Iterator[flat.Reference]:
+    if isinstance(equation, flat.Reinit):
+        return variables_of_target(equation.variable)
+    return set_by(equation)
 
 
 def _expect_alike(branches: Sequence[tuple[flat.Expression, Equations]], env: Env) -> None:
