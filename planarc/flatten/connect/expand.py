@@ -267,3 +267,13 @@ def _is_of_model(leaf: Leaf) -> bool:
 
 def in_expandable(leaf: Leaf) -> bool:
     return any(map(is_expandable, connectors_around(leaf)[0]))
+
+
+def is_added(leaf: Leaf) -> bool:
+    """Whether it lies in what an expandable connector does not declare, but got."""
+    around = connectors_around(leaf)[0]
+    names = [leaf.element.name, *(c.element.name for c in around if c.element is not None)]
+    return any(
+        is_expandable(bus) and name not in bus.layout.members
+        for name, bus in zip(names, around, strict=False)
+    )

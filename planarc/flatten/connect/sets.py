@@ -25,7 +25,12 @@ from planarc.core.disjoint import DisjointSets
 from planarc.core.prose import both
 from planarc.core.source import NOWHERE, Span
 from planarc.flatten.connect.connect import Connection, Member, match_leaves
-from planarc.flatten.connect.expand import outside_signals, unused_members
+from planarc.flatten.connect.expand import (
+    in_expandable,
+    is_added,
+    outside_signals,
+    unused_members,
+)
 from planarc.flatten.connect.inputs import is_public_input
 from planarc.flatten.connect.rooting import Pair, Rooting, equality_of
 from planarc.flatten.connect.sides import Side
@@ -72,7 +77,7 @@ def connect_all(
     for leaf in leaves:
         if leaf.flow is not syntax.Flow.FLOW or not (leaf.is_connector or _in_connector(leaf)):
             continue
-        for lone in _lone_members(leaf):
+        for lone in _lone_members(leaf, used):
             sets.add(lone.key)
             members[lone.key] = lone
     grouped = [[members[key] for key in keys] for keys in sets.sets()]
@@ -115,10 +120,12 @@ def broken_equation(pair: Pair, session: Session) -> flat.Equality:
     return flat.Equality(span, "", _zero(type_, span), residual, generated=True)
 
 
-def _lone_members(leaf: Leaf) -> list[Member]:
-    """A flow variable seen from its outside, whole, or the entries not connected."""
+def _lone_members(leaf: Leaf, used: set[str]) -> list[Member]:
+    """A flow variable seen from its outside, whole, or the entries not connected; that of a bus
+    from its inside, too, unless equations there may give it."""
     if not leaf.is_connector or not leaf.type.dims:
-        return [Member(leaf, False)]
+        in_bus = is_added(leaf) or (in_expandable(leaf) and leaf.name not in used)
+        return [Member(leaf, outside) for outside in ((False, True) if in_bus else (False,))]
     whole = flat.Reference(leaf.type, leaf.span, leaf.name)
     indices = all_indices(tuple(d or 0 for d in leaf.type.dims))
     return [Member(leaf, False, pick(whole, i)) for i in indices]
