@@ -12,6 +12,7 @@ Reference: Modelica Language Specification 3.6, section 9.1.3.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 from typing import TypeGuard
 
 from msgspec.structs import replace
@@ -142,12 +143,44 @@ def _fulfil(statement: Statement, made: list[Node]) -> bool:
     wish, template = (left, right) if isinstance(left, Wish) else (right, left)
     if not isinstance(wish, Wish):
         return True
-    if isinstance(template, flat.Reference):
-        template = _entry_template(template, statement.env)
-    if not isinstance(template, Leaf | Instance | Family):
+    found = None if isinstance(template, Wish | None) else _template(template, statement.env)
+    if found is None:
         return False
-    made.append(add_member(wish, template))
+    made.append(add_member(wish, found))
     return True
+
+
+def _template(view: View, env: Env) -> Leaf | Instance | Family | None:
+    """What a new member is like: a connector, an array of them, or one in each component of an
+    array."""
+    if isinstance(view, flat.Reference):
+        return _entry_template(view, env)
+    if isinstance(view, list):
+        found = [_template(v, env) for v in view]
+        return _array_template([node for node in found if node is not None])
+    return view if isinstance(view, Leaf | Instance | Family) else None
+
+
+def _array_template(nodes: Sequence[Leaf | Instance | Family]) -> Leaf | Family | None:
+    """The connectors that the members of an array of components have, as one array."""
+    if not nodes:
+        return None
+    first, size = nodes[0], len(nodes)
+    if isinstance(first, Leaf):
+        type_ = first.type.with_dims((size, *first.type.dims))
+        mod = Mod(subs={k: v for k, v in first.mod.subs.items() if k in _OF_ALL})
+        return replace(first, type=type_, mod=mod)
+    families = [node for node in nodes if isinstance(node, Family)]
+    items = [node for node in nodes if isinstance(node, Instance)]
+    items += [item for family in families for item in family.items]
+    dims = (size, *(first.dims if isinstance(first, Family) else ()))
+    element = first.element
+    assert element is not None
+    return Family(first.name, dims, items, first.cls, element)
+
+
+#: Attributes that are texts, and alike for all entries of an array.
+_OF_ALL = ("unit", "displayUnit", "quantity")
 
 
 def _entry_template(reference: flat.Reference, env: Env) -> Leaf | None:
@@ -182,11 +215,13 @@ def _copy(template: Node, name: str, bus: Instance, element: Element) -> Node:
     if isinstance(template, Instance):
         return _copy_instance(template, name, bus, element)
     if isinstance(template, Family):
-        tails = [item.name[len(template.name) :] for item in template.items]
-        items = [
-            _copy_instance(item, name + tail, bus, element)
-            for item, tail in zip(template.items, tails, strict=True)
-        ]
+        places = product(*(range(1, size + 1) for size in template.dims))
+        items = []
+        for item, place in zip(template.items, places, strict=True):
+            full = f"{name}[{','.join(map(str, place))}]"
+            made = _copy_instance(item, full, bus, element)
+            made.indices, made.sizes = place, template.dims
+            items.append(made)
         return Family(name, template.dims, items, template.cls, element)
     raise error("F311", f"`{template.name}` is no connector", element.definition.span)
 
@@ -240,8 +275,8 @@ def outside_signals(sets: Sequence[Sequence[Member]], used: set[str]) -> list[Le
         if joined[0].is_flow or not any(in_expandable(m.leaf) for m in joined):
             continue
         for m in joined:
-            groups.join(joined[0].key[0], m.key[0])
-            members.setdefault(m.key[0], []).append(m)
+            groups.join(_signal(joined[0]), _signal(m))
+            members.setdefault(_signal(m), []).append(m)
     found = []
     for names in groups.sets():
         joined = [m for name in names for m in members[name]]
@@ -249,6 +284,12 @@ def outside_signals(sets: Sequence[Sequence[Member]], used: set[str]) -> list[Le
         if own and all(_only_reads(m, used) for m in joined):
             found.append(own[0])
     return found
+
+
+def _signal(member: Member) -> str:
+    """A variable, or an entry of one; of a bus the whole, of which connections may name the
+    entries or none."""
+    return member.leaf.name if in_expandable(member.leaf) else member.key[0]
 
 
 def _only_reads(member: Member, used: set[str]) -> bool:
