@@ -16,7 +16,7 @@ from planarc.core.prose import either
 from planarc.flatten.refusal import NotThere, for_each
 from planarc.flatten.terms.select import element_at
 from planarc.flatten.tree.demand import layout_of, node_of
-from planarc.flatten.tree.lookup import declared, find
+from planarc.flatten.tree.lookup import declared, find, member
 from planarc.flatten.tree.nodes import (
     CONNECTOR_KINDS,
     Absent,
@@ -45,6 +45,8 @@ def both_sides(node: syntax.Connect, env: Env) -> tuple[object | None, object | 
     try:
         left, right = for_each((node.left, node.right), lambda ref: _sides(ref, env))
     except PlanarcError as refused:
+        if _gives_nothing(node.left, node.right, env) or _gives_nothing(node.right, node.left, env):
+            return None, None
         found = [d for d in refused.diagnostics if isinstance(d, _NoConnector)]
         if len(found) == 1 and not found[0].hint and not found[0].is_part:
             raise PlanarcError(replace(found[0], hint=_hint_of_signals(node, env))) from None
@@ -57,6 +59,33 @@ def both_sides(node: syntax.Connect, env: Env) -> tuple[object | None, object | 
             hint = "; ".join(d.hint for d in found if d.hint) or "connect connectors of them"
         raise error("F311", message, node.span, hint=hint) from None
     return left, right
+
+
+def _gives_nothing(ref: syntax.Ref, other: syntax.Ref, env: Env) -> bool:
+    """Whether what is not there, or an array without members, would give a bus a new element."""
+    return _is_new(other, env) and _is_nothing(ref, env)
+
+
+def _is_new(ref: syntax.Ref, env: Env) -> bool:
+    """An element that an expandable connector does not have (9.1.3)."""
+    try:
+        bus = resolve(replace(ref, parts=ref.parts[:-1]), env) if len(ref.parts) > 1 else None
+    except PlanarcError:
+        return False
+    if not isinstance(bus, Instance):
+        return False
+    is_bus = bus.layout.kind is syntax.ClassKind.EXPANDABLE_CONNECTOR
+    return is_bus and member(bus, ref.parts[-1].name) is None
+
+
+def _is_nothing(ref: syntax.Ref, env: Env) -> bool:
+    try:
+        view = resolve(ref, env)
+    except PlanarcError as problem:
+        return isinstance(problem, NotThere)
+    if isinstance(view, list | Family):
+        return not (view if isinstance(view, list) else view.items) or _is_absent(view)
+    return _is_absent(view) or (isinstance(view, flat.Array) and not view.items)
 
 
 def _hint_of_connectors(node: syntax.Connect, env: Env) -> str | None:
