@@ -33,6 +33,8 @@ class _Rule(Data):
     prefixes: frozenset[str] = frozenset()
     sections: bool = True
     protected: bool = True
+    #: whether what is protected may be an input or an output
+    hidden: bool = True
 
 
 _SHARED = frozenset({"inner", "outer"})
@@ -45,8 +47,8 @@ _RULES = {
     ClassKind.EXPANDABLE_CONNECTOR: _Rule(_SHARED | {"flow"}, sections=False, protected=False),
     ClassKind.PACKAGE: _Rule(sections=False),
     ClassKind.TYPE: _Rule(sections=False),
-    ClassKind.FUNCTION: _Rule(_SHARED),
-    ClassKind.OPERATOR_FUNCTION: _Rule(_SHARED),
+    ClassKind.FUNCTION: _Rule(_SHARED, hidden=False),
+    ClassKind.OPERATOR_FUNCTION: _Rule(_SHARED, hidden=False),
 }
 
 #: the kinds that a class of a kind may extend, beside its own and `class` (7.1.3)
@@ -137,6 +139,9 @@ def _content(definition: syntax.ClassDef, body: syntax.Composition) -> Iterator[
         if element.prefixes.protected and not rule.protected:
             message = f"{article} {kind.value} has no protected elements"
             yield _refused(message, element.span, definition)
+        if element.prefixes.protected and element.causality.value and not rule.hidden:
+            message = f"the {element.causality.value} `{element.name}` of {article} {kind.value}"
+            yield _refused(f"{message} cannot be protected", element.span, definition)
         for word in prefixes_of(element):
             if word in rule.prefixes:
                 message = f"a component of {article} {kind.value} cannot be `{word}`"

@@ -36,18 +36,19 @@ from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
 from planarc.ir.syntaxwalk import references_in
 
-ATTRIBUTES = (
-    "start",
-    "fixed",
-    "min",
-    "max",
-    "nominal",
-    "stateSelect",
-    "unit",
-    "displayUnit",
-    "quantity",
-    "unbounded",
-)
+#: Attributes of all types, of those that are ordered, and of Reals (4.9).
+_OF_ALL = ("start", "fixed", "quantity")
+_ORDERED = (*_OF_ALL, "min", "max")
+_OF_REALS = (*_ORDERED, "nominal", "stateSelect", "unit", "displayUnit", "unbounded")
+ATTRIBUTES = {
+    flat.Base.REAL: _OF_REALS,
+    flat.Base.INTEGER: _ORDERED,
+    flat.Base.ENUMERATION: _ORDERED,
+    flat.Base.BOOLEAN: _OF_ALL,
+    flat.Base.STRING: _OF_ALL,
+}
+#: Variables that have an attribute which not all have, and those of the ordered types.
+_HOLDERS = ("only Reals", "only Reals, Integers and enumerations")
 
 
 def make_binding(leaf: Leaf) -> flat.Expression | None:
@@ -204,12 +205,17 @@ def make_attributes(leaf: Leaf) -> flat.Attributes:
 
 def _check_attribute_names(mod: Mod, leaf: Leaf) -> None:
     """Refuse what is no attribute: once for all variables of a type that gives it."""
+    known = ATTRIBUTES[leaf.type.base]
     for name, sub in mod.subs.items():
-        if name not in ATTRIBUTES:
+        if name not in known:
             message = f"the variable `{leaf.name}` has no attribute `{name}` to modify"
+            near, hint = did_you_mean(name, known), None
+            if name in _OF_REALS:
+                near, type_ = None, type_text(leaf.type.with_dims(()))
+                message += f": its type is {type_}"
+                hint = f"remove it: {_HOLDERS[name in _ORDERED]} have such an attribute"
             kind = f"{sub.span.source.name}:{sub.span.start}" if sub.span else ""
-            near = did_you_mean(name, ATTRIBUTES)
-            told = Once("F222", message, sub.span, hint=said(near), mend=near, kind=kind)
+            told = Once("F222", message, sub.span, hint=hint or said(near), mend=near, kind=kind)
             raise PlanarcError(told)
 
 
