@@ -32,6 +32,7 @@ from planarc.flatten.checks.assigned import check_assigned
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
 from planarc.flatten.checks.connectors import Lopsided, check_connectors
 from planarc.flatten.checks.discretes import check_discretes
+from planarc.flatten.checks.each import check_each
 from planarc.flatten.checks.exchanged import check_exchanged
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
@@ -301,6 +302,7 @@ def _flatten(
     check_classes(session)
     leaves = [leaf for leaf in found.open_leaves() if leaf.name not in connected.unused]
     check_prefixes(found.instances, leaves, session)
+    check_each(found.instances, session)
     check_parameters(pairs, session)
     check_assigned(found.algorithms, variables, session)
     check_discretes(found.equations, found.algorithms, variables, session)
