@@ -103,8 +103,8 @@ def _height(written: bool, above: int | None) -> int | None:
 
 
 def _compile_element(argument: syntax.ElementModification, scope: Scope, each: int | None) -> Mod:
-    for _ in argument.name[1:]:
-        each = None if each is None else each + 1
+    if each is not None and not argument.each:  # written, it stands before the last name (7.2.4)
+        each += len(argument.name) - 1
     if argument.modification is None:
         if not argument.final and argument.span.source.name in scope.session.own_files():
             message = f"the modifier `{argument.name[-1]}` has no value, and says nothing"
