@@ -31,7 +31,7 @@ from planarc.flatten.refusal import (
     unknown_value,
     unsupported,
 )
-from planarc.flatten.terms.conform import type_text
+from planarc.flatten.terms.conform import base_conforms, type_text
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
@@ -50,6 +50,7 @@ from planarc.flatten.tree.nodes import (
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import names_in
+from planarc.ir.syntaxwalk import nodes_of
 
 #: An index, many, or one that varies.
 Chosen: TypeAlias = "int | list[int] | flat.Expression"
@@ -357,13 +358,9 @@ def type_subscript(
     """An index of dimension `k`, counted from 0, of what an element declares."""
     index = env.typed(subscript)
     base = index.type.base
-    if base is flat.Base.BOOLEAN and element is not None:
-        _check_boolean_index(subscript.span, element, k)
-    if len(index.type.dims) > 1 or base not in (
-        flat.Base.INTEGER,
-        flat.Base.BOOLEAN,
-        flat.Base.ENUMERATION,
-    ):
+    if element is not None and base in _INDICES:
+        _check_index(index.type, subscript, element, k, env)
+    if len(index.type.dims) > 1 or base not in _INDICES:
         message = f"an index must be an Integer, but is {type_text(index.type)}"
         raise error("F218", message, subscript.span)
     folded = evaluate.fold_index(index, env)
@@ -377,18 +374,54 @@ def type_subscript(
     return folded
 
 
-def _check_boolean_index(span: Span, element: Element, k: int) -> None:
-    """A Boolean is an index where the dimension is declared to be `Boolean` (10.5)."""
+_INDICES = (flat.Base.INTEGER, flat.Base.BOOLEAN, flat.Base.ENUMERATION)
+
+
+def _check_index(
+    type_: flat.Type, subscript: syntax.Expression, element: Element, k: int, env: Env
+) -> None:
+    """An index is of the type that the dimension is declared with, else an Integer (10.5)."""
+    is_integer = type_.base is flat.Base.INTEGER
+    if is_integer and (_is_counted(subscript, env) or not _names_type(element, k)):
+        return
     definition, scope, _ = redeclare.effective_component(element)
     layout = layout_of(lookup.find_class(scope, definition.type))
     dimension, where = redeclare.written_dims(element, layout)[k]
-    type_ = _dimension_type(dimension, where)
-    if type_ is not None and type_.base is flat.Base.BOOLEAN:
+    declared = _dimension_type(dimension, where)
+    if base_conforms(declared or flat.INTEGER, type_):
         return
-    what = f"a Boolean is no index of `{element.name}`, whose dimension is not `Boolean`"
-    hint = f"write `if {span.text} then 2 else 1` in its place"
+    if type_.base is flat.Base.ENUMERATION and declared is None:
+        return  # taken by its number, as flat models do that say sizes in numbers
+    text, wanted = subscript.span.text, dimension.span.text
+    name = type_.name.rpartition(".")[2] or type_.base.value
+    what = {flat.Base.INTEGER: "an Integer", flat.Base.BOOLEAN: "a Boolean"}
+    message = f"{what.get(type_.base, f'a value of `{name}`')} is no index of `{element.name}`"
+    message += f", whose dimension is {f'`{wanted}`' if declared else f'not `{name}`'}"
+    hint = None
+    if type_.base is flat.Base.BOOLEAN:
+        hint = f"write `if {text} then 2 else 1` in its place"
+    elif is_integer and declared is not None and declared.literals:
+        first, last = (f"{wanted}.{n}" for n in (declared.literals[0], declared.literals[-1]))
+        hint = f"write a range of it, such as `{first}:{last}`"
+        hint = hint if type_.dims else f"write `{wanted}({text})` in its place"
     related = (Related("declared here", definition.span),)
-    raise error("F218", what, span, hint=hint, related=related)
+    raise error("F218", message, subscript.span, hint=hint, related=related)
+
+
+def _is_counted(subscript: syntax.Expression, env: Env) -> bool:
+    """An iterator, which may run over what it indexes, and `end` are right for any dimension."""
+    if isinstance(subscript, syntax.Ref) and subscript.parts[0].name in env.locals:
+        return True
+    return any(isinstance(node, syntax.End) for node in nodes_of(subscript))
+
+
+def _names_type(element: Element, k: int) -> bool:
+    """Whether the declaration itself has a type for that dimension."""
+    definition = element.definition
+    if not isinstance(definition, syntax.Component):
+        return False
+    written = (*definition.dimensions, *definition.type_dimensions)
+    return k < len(written) and _dimension_type(written[k], element.scope) is not None
 
 
 def _check_range(index: flat.Expression, size: int | None, name: str, env: Env) -> None:
