@@ -37,6 +37,7 @@ from planarc.flatten.checks.exchanged import check_exchanged
 from planarc.flatten.checks.kinds import check_classes
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
+from planarc.flatten.checks.reinits import check_reinits
 from planarc.flatten.checks.slips import find_slips
 from planarc.flatten.checks.tables import check_tables
 from planarc.flatten.checks.unheeded import check_unheeded
@@ -283,8 +284,7 @@ def _flatten(
     connections = found.joined.connections
     experiment = experiment_of(root, session)
     buses = any(is_expandable(i) for i in found.instances)
-    algorithms = [*found.algorithms, *found.initial_algorithms]
-    statements = [s for a in algorithms for s in a.statements]
+    statements = [s for a in (*found.algorithms, *found.initial_algorithms) for s in a.statements]
     used = {*names_in_equations(found.equations), *assigned_in(statements)} if buses else set()
     connected = connect_all(connections, found.open_leaves(), found.rooting, used, session)
     kept = [leaf for leaf in found.leaves if leaf.name not in connected.unused]
@@ -305,6 +305,7 @@ def _flatten(
     check_each(found.instances, session)
     check_parameters(pairs, session)
     check_assigned(found.algorithms, variables, session)
+    check_reinits(found.equations, session)
     check_discretes(found.equations, found.algorithms, variables, session)
     imbalance = None
     if not session.errors:
