@@ -6,7 +6,7 @@ Reference: Modelica Language Specification 3.6, sections 4.4.4, 4.9.1 and 8.6.
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 
 from planarc.core.diagnostic import (
     Diagnostic,
@@ -121,6 +121,7 @@ def _circle_error(circle: list[str], parameters: dict[str, flat.Variable]) -> Di
 def check_ranges(pairs: Pairs, session: Session) -> None:
     """Warn of values that their own declaration does not allow (F265), of degrees and of rpm
     (F331)."""
+    _check_nominals([v for _, v in pairs if v is not None], session)
     values = {leaf.name: (v, *_value(v)) for leaf, v in pairs if v is not None}
     outside: dict[str, tuple[flat.Expression, str, str | None]] = {}
     for name, (v, what, value) in values.items():
@@ -146,6 +147,20 @@ def check_ranges(pairs: Pairs, session: Session) -> None:
     for value, message, hint in outside.values():
         if not _is_handed_on(value, outside):
             session.warn("F265", message, value.span, hint)
+
+
+def _check_nominals(variables: Sequence[flat.Variable], session: Session) -> None:
+    """Warn in the user's own text of a nominal value of 0, which is no size to measure by (4.9)."""
+    files, seen = session.own_files(), set[Span]()
+    for v in variables:
+        nominal = v.attributes.nominal
+        if nominal is None or nominal.span in seen or nominal.span.source.name not in files:
+            continue
+        seen.add(nominal.span)
+        if 0 in _numbers(nominal, session):
+            message = f"the nominal value 0 of `{v.name}` says nothing of its size"
+            hint = "write how large it mostly is, or leave `nominal` out"
+            session.warn("F265", message, nominal.span, hint)
 
 
 def _value(v: flat.Variable) -> tuple[str, flat.Expression | None]:
