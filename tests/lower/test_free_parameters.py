@@ -189,7 +189,7 @@ TRIM = """
 model Trim "A mass on a spring whose free length holds it where it starts"
   parameter Real k = 100;
   parameter Real L(fixed = false, start = 1);
-  Real q = 2*L;
+  Real q = 2*L, same = L;
   Real x(start = 2, fixed = true), v(start = 0, fixed = true);
 initial equation
   der(v)*(1 + 0.1*L^2) = 0;

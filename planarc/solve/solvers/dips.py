@@ -129,7 +129,7 @@ class Dips:
 
     def _are_rough(self) -> NDArray[np.bool_]:
         """Whether a zero function has the sign of before, but is off a parabola through the three
-        points before, or a line through two, by more than it is away from zero."""
+        points before, or a line through two, by more than a part of its distance from zero."""
         import numpy as np
 
         (t0, *a), (t1, *b), (t2, *c), (t3, *d) = self.points[:POINTS]

@@ -28,9 +28,6 @@ class Zeros:
 
     def values(self, slots: Array) -> Vector:
         """What the workspace holds of the point evaluated last."""
-        import numpy as np
+        from planarc.core.arrays import taken
 
-        w = self._kernel.w
-        if isinstance(w, np.ndarray):
-            return w.take(slots)
-        return np.array([w[slot] for slot in slots.tolist()], dtype=float)
+        return taken(self._kernel.w, slots)

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from planarc.core.arrays import taken
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.kernel import Kernel
@@ -40,7 +41,7 @@ from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.stepping import Unsolved
 from planarc.solve.stepping.crowd import Crowd
 from planarc.solve.stepping.impulses import solve_impulses
-from planarc.solve.stepping.ports import Ports, taken
+from planarc.solve.stepping.ports import Ports
 from planarc.solve.stepping.refusal import body, overlap, refuse_what_events_need
 
 if TYPE_CHECKING:

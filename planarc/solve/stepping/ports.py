@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from planarc.core.arrays import taken
 from planarc.core.data import Data
 from planarc.core.source import Span
 from planarc.ir.dae import Impact
@@ -78,13 +79,6 @@ class Column:
         for i, e in self._others:
             found[i] = float(self._read(e))
         return found
-
-
-def taken(w: Sequence[float], slots: Array) -> Vector:
-    """The values of slots, as an array."""
-    if isinstance(w, np.ndarray):
-        return w.take(slots)
-    return np.array([w[slot] for slot in slots.tolist()], dtype=np.float64)
 
 
 class Sites:

@@ -90,8 +90,9 @@ def test_a_blade_meets_a_post_at_each_turn(stop: float, backend: str) -> None:
     assert run["post.gap"].min() > -1e-6
 
 
+@pytest.mark.parametrize("backend", ["native", "numpy"])
 @pytest.mark.parametrize("stop", [1, 5, 20, 100])
-def test_the_end_of_a_run_does_not_change_its_begin(stop: float) -> None:
+def test_the_end_of_a_run_does_not_change_its_begin(stop: float, backend: str) -> None:
     """The corner that comes lowest, sqrt(0.05) m from the middle, meets the floor first."""
 
     def lowest(t: Any) -> Any:
@@ -101,7 +102,7 @@ def test_the_end_of_a_run_does_not_change_its_begin(stop: float) -> None:
 
     times = np.linspace(0, 1, 100001)
     first = times[np.argmax([lowest(t) < 0 for t in times])]
-    run = planarc.load(TUMBLE).simulate(stop, intervals=4000)
+    run = planarc.load(TUMBLE).simulate(stop, intervals=4000, backend=backend)
     assert run.events[0].time == pytest.approx(first, abs=2e-5)
     assert run["floor.gap"].min() > -1e-6
 
