@@ -49,7 +49,8 @@ _SIZES = {
 _ANGLES = ("rad", "deg", "rev")  # the last two are counted in pi
 #: The base units as pint calls their kinds.
 _PINT = ("length", "mass", "time", "current", "temperature", "substance", "luminosity")
-_KELVIN_AT_ZERO = "273.15"
+#: Where a unit's zero is, in SI base units.
+_ZEROS = {"degC": "273.15"}
 #: Units that a hint names, the plainest first.
 _COMMON = """
 m cm mm km um s ms us min h kg g mg t rad deg rev mrad rad/s deg/s rev/min rad/s2 deg/s2 m/s
@@ -86,15 +87,13 @@ def in_unit(name: str, text: str, unit: str) -> float | None:
     size, turns = _size(given)
     wanted, counted = _size(unit)
     plain = float(number)
-    if not isfinite(plain) or (plain == 0 and given != "degC"):  # too large, or too small
-        return plain
+    if not isfinite(plain) or (plain == 0 and "degC" not in (given, unit)):
+        return plain  # too large, or too small
     from fractions import Fraction
 
-    value = Fraction(number)
-    if given == "degC" != unit:
-        return float(value + Fraction(_KELVIN_AT_ZERO))
+    absolute = Fraction(number) * size + _zero(given) - _zero(unit)
     try:
-        return float(value * size / wanted) * pi ** (turns - counted)
+        return float(absolute / wanted) * pi ** (turns - counted)
     except OverflowError:
         return copysign(inf, plain)
 
@@ -103,7 +102,7 @@ def scale(unit: str) -> tuple[float, float]:
     """What a number in a known unit is multiplied by, and what is then added, for units of the SI
     (and radians)."""
     size, turns = _size(unit)
-    return float(size) * pi**turns, float(_KELVIN_AT_ZERO) if unit == "degC" else 0.0
+    return float(size) * pi**turns, float(_zero(unit))
 
 
 def of_pint(name: str, value: Any, unit: str) -> float:
@@ -113,7 +112,7 @@ def of_pint(name: str, value: Any, unit: str) -> float:
     if dimension is None or tuple(map(float, dimension)) != found:
         raise _unfit(f"`{name}` takes {_wanted(unit)}, not `{value}`", "", unit)
     wanted, counted = _size(unit)
-    return float(plain.magnitude) / (float(wanted) * pi**counted)
+    return (float(plain.magnitude) - float(_zero(unit))) / (float(wanted) * pi**counted)
 
 
 @lru_cache(maxsize=4096)
@@ -143,6 +142,13 @@ def _kind(unit: str) -> object:
     """The dimension of a unit, with the exponent of angles."""
     found = factors(unit) or ()
     return parse(unit), sum(e for _, symbol, e in found if symbol in _ANGLES)
+
+
+def _zero(unit: str) -> Fraction:
+    """Where the zero of a unit is, in SI base units."""
+    from fractions import Fraction
+
+    return Fraction(_ZEROS.get(unit, "0"))
 
 
 def _in_si(number: float, unit: str) -> float:

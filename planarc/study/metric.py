@@ -8,7 +8,7 @@ mapping of names to texts and functions.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -61,9 +61,10 @@ class Reduction(Data):
 
 
 class Metrics(Data):
-    """All numbers of a run. `names` are None where a function tells them."""
+    """All numbers of a run, by names that nothing that is `varied` has."""
 
     parts: tuple[tuple[str, Callable[[Result], Any]], ...]
+    varied: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,7 +72,7 @@ class Metrics(Data):
 
     def __call__(self, result: Result) -> dict[str, float]:
         """The numbers of one run. Raises what a user's function raises, and TypeError for
-        what is no number."""
+        what is no number, UsageError where it names its own like what is varied."""
         found: dict[str, float] = {}
         for name, part in self.parts:
             value = part(result)
@@ -79,7 +80,26 @@ class Metrics(Data):
                 found.update((str(k), _number(v)) for k, v in value.items())
             else:
                 found[name] = _number(value)
+        for name in self.varied & found.keys():
+            raise _taken(name)
         return found
+
+    def beside(self, varied: Iterable[str]) -> Metrics:
+        """The metrics in a table that has columns of what is varied: the value of that itself is
+        there already. Raises UsageError (C231) for another metric of such a name."""
+        known = frozenset(varied)
+        for name, part in self.parts:
+            if name in known and part != Reduction("final", name):
+                raise _taken(name)
+        return Metrics(tuple(p for p in self.parts if p[0] not in known), known)
+
+
+def _taken(name: str) -> UsageError:
+    return usage_error(
+        "C231",
+        f"`{name}` is varied, and no metric beside it has its name",
+        hint="give the metric another name",
+    )
 
 
 def judge_metrics(metrics: Metrics, program: Program) -> Iterator[Diagnostic]:

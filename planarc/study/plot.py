@@ -47,6 +47,8 @@ def plot_study(study: Study, metrics: Sequence[str], x: str | None, axes: Any) -
     along = x or next(iter(study.parameters), None)
     if along is None:
         raise usage_error("C202", "nothing was varied, so that there is no curve")
+    if not shown:
+        raise usage_error("C202", "the study has no metric, so that there is no curve")
     refuse_unknown("column", (*shown, along), study.columns)
     if axes is None:
         pyplot = need("matplotlib.pyplot", EXTRA)

@@ -76,12 +76,12 @@ def sweep(
     `planarc.random` and `planarc.latin_hypercube` give. A name is that of a parameter, or
     of a start value (`crank.phi.start`). `metric`: a text (`crank.w` for its value at the end,
     `max(crank.w)`, also `min`, `mean`, `rms`, `range`, `maxabs`), a function of the Result that
-    gives a number or numbers by name, a list of texts, or texts and functions by name; by
-    default the states at the end. `workers`: processes, by default one a core. `client`: a Dask
-    client, whose workers do it instead. `limit`: seconds that one run may take in a process of
-    its own (with `workers=1` there is none). `journal`: a file that keeps finished points.
-    `progress`: True draws a bar; a function is called with the numbers of finished, of all and
-    of failed points. Times are in s, all values in SI units.
+    gives a number or numbers by name, a list of texts, or texts and functions by name, which are
+    not those of what is varied; by default the states at the end. `workers`: processes, by default
+    one a core. `client`: a Dask client, whose workers do it instead. `limit`: seconds that one run
+    may take in a process of its own (with `workers=1` there is none). `journal`: a file that keeps
+    finished points. `progress`: True draws a bar; a function is called with the numbers of
+    finished, of all and of failed points. Times are in s, all values in SI units.
 
     Raises UnknownName and UsageError before anything runs: for names that are not there and for
     structural parameters. A point that fails is a row of `failures`. Raises StudyInterrupted at
@@ -92,7 +92,7 @@ def sweep(
     times = start_time, stop_time, tolerance, intervals
     model, options = model.asked(parameters, start, *times)
     table = [_plain(model, point) for point in table]
-    metrics = read_metric(metric, model.program)
+    metrics = read_metric(metric, model.program).beside(n for point in table for n in point)
     tasks = _tasks(model, table, options)
     payload = Payload(model, options, metrics)
     warnings = (*_doubts(model, tasks, options), *judge_metrics(metrics, model.program))

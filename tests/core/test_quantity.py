@@ -29,6 +29,11 @@ from planarc.core.quantity import in_unit, of_pint
         ("3bar", "Pa", 3e5),
         ("20degC", "K", 293.15),
         ("0degC", "K", 273.15),
+        ("300K", "degC", 26.85),
+        ("0K", "degC", -273.15),
+        ("0degC", "degC", 0.0),
+        ("20degC", "degC", 20.0),
+        ("20degC", "mK", 293150.0),
         ("0deg", "rad", 0.0),
         ("50%", "1", 0.5),
         ("5 1/s", "Hz", 5.0),
@@ -103,3 +108,4 @@ def test_quantities_of_the_real_pint_are_taken() -> None:
     assert of_pint("x", 45 * u.deg, "rad") == pytest.approx(math.radians(45))
     assert of_pint("x", 3000 * u.rpm, "rad/s") == pytest.approx(100 * math.pi)
     assert of_pint("x", u.Quantity(20, u.degC), "K") == pytest.approx(293.15)
+    assert of_pint("x", u.Quantity(300, u.kelvin), "degC") == pytest.approx(26.85)

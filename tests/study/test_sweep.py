@@ -82,6 +82,23 @@ def test_metrics_are_texts_functions_and_mappings(decay: Model) -> None:
     assert rms["rms(x)"][0] == pytest.approx(math.sqrt((1 - math.exp(-2)) / 2), abs=1e-5)
 
 
+def test_a_metric_that_is_varied_is_one_column(decay: Model, tmp_path: Path) -> None:
+    study = planarc.sweep(decay, {"k": KS}, ["k", "x"], workers=1)
+    assert study.columns == ("k", "x")
+    head, *rows = study.to_csv(tmp_path / "k.csv").read_text().splitlines()
+    assert head == "k,x"
+    assert [float(row.split(",")[0]) for row in rows] == KS
+    assert planarc.sweep(decay, {"k": KS}, "k", workers=1).columns == ("k",)
+
+
+def test_another_metric_may_not_bear_the_name_of_what_is_varied(decay: Model) -> None:
+    with pytest.raises(UsageError, match="`k` is varied"):
+        planarc.sweep(decay, {"k": KS}, {"k": "max(x)"})
+    study = planarc.sweep(decay, {"k": KS}, lambda r: {"k": r["x"][-1]}, workers=1)
+    assert all("`k` is varied" in f.reason for f in study.failures)
+    assert len(study.failures) == len(KS)
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_failed_points_say_why_and_the_others_go_on(decay: Model, workers: int) -> None:
     def metric(result: Result) -> Any:
