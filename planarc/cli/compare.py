@@ -53,7 +53,7 @@ def compare(
             raise usage_error("C161", f"`{name} {value:g}` is no {what}", hint=f"give e.g. {hint}")
     chosen, tables = read_pattern(variables), (read_table(reference), read_table(other))
     found = compare_tables(*tables, tolerance, width, chosen, absolute)
-    if not found.compared:
+    if not found.compared and not found.apart:
         raise usage_error(
             "C162",
             f"`{reference}` and `{other}` have no variable in common"
@@ -73,7 +73,10 @@ def _text(found: Comparison, a: Path, b: Path) -> str:
             lines.append(
                 f"{counted(len(names), 'variable')} of {here} not in {there}: {shortened(names, 5)}"
             )
-    if found.parted:
+    lines += [f"`{n}` is in `{u}` in {a}, in `{v}` in {b}" for n, u, v in found.apart[:MOST]]
+    if found.compared and not found.meet:
+        lines.append(f"{a} and {b} have no time in common")
+    elif found.parted:
         first = found.parted[0]
         lines.append(
             f"{len(found.parted)} of {counted(found.compared, 'variable')} part, "
@@ -82,7 +85,7 @@ def _text(found: Comparison, a: Path, b: Path) -> str:
         lines += _table(found.parted[:MOST])
         if len(found.parted) > MOST:
             lines.append(f"  and {len(found.parted) - MOST} more")
-    else:
+    elif found.compared:
         lines.append(f"{counted(found.compared, 'variable')} compared: all stay in the tube")
     return console.plain_lines(lines)
 
@@ -106,6 +109,7 @@ def _to_json(found: Comparison) -> str:
             "ends": found.ends and dict(zip("ab", found.ends, strict=True)),
             "only_a": list(found.only_a),
             "only_b": list(found.only_b),
+            "units": {n: {"a": u, "b": v} for n, u, v in found.apart},
             "parted": [
                 asdict(p) | {n: _finite(getattr(p, n)) for n in ("a", "b", "most")}
                 for p in found.parted

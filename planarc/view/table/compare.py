@@ -13,17 +13,22 @@ Example: A = sin(t), B = sin(t) + 0.1*(t > 2), tolerance 0.01
 
     parted = (Parting(name="x", time=2.01, a=0.905, b=1.005, most=0.1, most_time=2.5),)
 
+Values of B count in the unit that A has them in, where both tell their units.
+
 Promises:  values that are no numbers agree with each other and with nothing else.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
+from planarc.core.quantity import scale
+from planarc.core.unit import parse
 from planarc.view.table.table import Table
 
 #: Share of a curve's value that is rounding, whatever its range.
@@ -47,10 +52,12 @@ class Comparison(Data):
     only_a: tuple[str, ...]
     only_b: tuple[str, ...]
     ends: tuple[float, float] | None  # s, where they end, if not at the same time
+    apart: tuple[tuple[str, str, str], ...] = ()  # names with units that are no common measure
+    meet: bool = True  # whether they have any time in common
 
     @property
     def same(self) -> bool:
-        return not self.parted and self.ends is None
+        return not self.parted and not self.apart and self.ends is None
 
 
 def compare_tables(
@@ -66,18 +73,47 @@ def compare_tables(
     names_a = [n for n in a.columns if only is None or only.search(n)]
     names_b = [n for n in b.columns if only is None or only.search(n)]
     known = set(names_b)
-    common = [n for n in names_a if n in known]
+    both = [n for n in names_a if n in known]
+    apart = _without_measure(a, b, both)
+    common = [n for n in both if n not in {name for name, *_ in apart}]
     tube = _Tube(a.time, b.time, width)
-    found = (tube.parting(n, a[n], b[n], tolerance, absolute) for n in common)
+    found = (tube.parting(n, a[n], _in_units_of(a, b, n), tolerance, absolute) for n in common)
     parted = [p for p in found if p is not None]
-    held = set(common)
+    held = set(both)
     return Comparison(
         len(common),
         tuple(sorted(parted, key=lambda p: p.time)),
         tuple(n for n in names_a if n not in held),
         tuple(n for n in names_b if n not in held),
         tube.ends,
+        apart,
+        len(tube.rows) > 0,
     )
+
+
+def _units(a: Table, b: Table, name: str) -> tuple[str, str] | None:
+    """The units of a variable in both tables, where they are told and differ."""
+    here, there = a.units.get(name, ""), b.units.get(name, "")
+    return (here, there) if here and there and here != there else None
+
+
+def _without_measure(a: Table, b: Table, names: Sequence[str]) -> tuple[tuple[str, str, str], ...]:
+    """The names, with both units, of variables whose units have no common measure."""
+    told = ((n, units) for n in names if (units := _units(a, b, n)) is not None)
+    return tuple(
+        (n, *units)
+        for n, units in told
+        if parse(units[0]) is None or parse(units[0]) != parse(units[1])
+    )
+
+
+def _in_units_of(a: Table, b: Table, name: str) -> Vector:
+    """B's values of a variable, in A's unit."""
+    units = _units(a, b, name)
+    if units is None:
+        return b[name]
+    (here, low), (there, zero) = map(scale, units)
+    return (b[name] * there + (zero - low)) / here
 
 
 class _Tube:

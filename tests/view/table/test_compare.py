@@ -109,3 +109,32 @@ def test_infinite_values_agree_with_each_other_alone() -> None:
     assert parted.time == pytest.approx(8, abs=0.1)
     assert (parted.a, parted.b, parted.most) == (np.inf, 5.0, np.inf)
     assert (other.b, other.most) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("unit", "other", "ratio", "shift"),
+    [("m", "mm", 1000, 0), ("rad", "deg", 180 / np.pi, 0), ("K", "degC", 1, -273.15)],
+)
+def test_values_count_in_the_unit_of_the_reference(
+    unit: str, other: str, ratio: float, shift: float
+) -> None:
+    t = np.linspace(0, 1, 11)
+    a = Table(t, {"x": t + 1}, {"x": unit})
+    b = Table(t, {"x": (t + 1) * ratio + shift}, {"x": other})
+    assert compare(a, b).same
+    assert compare(b, a).same
+    assert not compare(a, Table(t, b.columns, {"x": unit})).same
+
+
+def test_units_without_a_common_measure_are_told() -> None:
+    t = np.linspace(0, 1, 11)
+    a, b = (Table(t, {"x": t, "y": t}, {"x": unit}) for unit in ("m", "s"))
+    found = compare(a, b)
+    assert (found.apart, found.compared, found.same) == ((("x", "m", "s"),), 1, False)
+
+
+def test_results_without_time_in_common_are_not_said_to_agree() -> None:
+    t = np.linspace(0, 1, 11)
+    found = compare(table(t, x=t), table(t + 5, x=t))
+    assert not found.meet
+    assert not found.same
