@@ -69,14 +69,14 @@ def _highest(result: Result, name: str, sign: float) -> float:
     moves = column is not None and column.slot in result.rows.stored
     if not moves or len(values) < 3 or not np.isfinite(best):
         return best
-    time, rises = np.asarray(result.time), _rises(result, name, sign)
+    time, slopes = np.asarray(result.time), rises(result, name, sign)
     remembers = bool(result.rows.program.delays)
     between: Between | None = None
-    for hope, k in _intervals(time, values, rises):
+    for hope, k in _intervals(time, values, slopes):
         if hope < best:  # another peak is higher than this one can be
             continue
         if remembers:
-            curve = None if rises is None else _by_slopes(time, values, rises, k)
+            curve = None if slopes is None else _by_slopes(time, values, slopes, k)
         else:
             between = between or Between.of(result, name)
             curve = None if between is None else between.curve(k, sign)
@@ -107,13 +107,15 @@ def _by_slopes(time: Vector, values: Vector, rises: Vector, k: int) -> _Curve | 
     return lambda s: way(s)[0], first[0][0], last[0][0]
 
 
-def _rises(result: Result, name: str, sign: float) -> Vector | None:
+def rises(result: Result, name: str, sign: float = 1.0) -> Vector | None:
     """The derivative of a variable at each row, where the rows hold it."""
-    rows, column = result.rows, result.rows.columns[name]
+    rows, column = result.rows, result.rows.columns.get(name)
+    if column is None:
+        return None
     for c in rows.program.candidates:
         if c.slot == column.slot and c.derivative in rows.stored:
-            rises: Vector = sign * column.sign * rows.data[:, rows.stored[c.derivative]]
-            return rises
+            found: Vector = sign * column.sign * rows.data[:, rows.stored[c.derivative]]
+            return found
     return None
 
 

@@ -7,6 +7,7 @@ mapping of names to texts and functions.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -19,23 +20,33 @@ from planarc.core.diagnostic import Diagnostic, Severity, UsageError, usage_erro
 from planarc.core.prose import ticked
 from planarc.core.unknown import refuse_unknown, unknown_name
 from planarc.ir.program import Program
-from planarc.study.extremum import highest, lowest, rows_alone
+from planarc.study.extremum import highest, lowest, rises, rows_alone
 
 Metric: TypeAlias = "str | Callable[[Result], Any] | Sequence[str] | Mapping[str, Any]"
 
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*")
 
 
-def _mean(time: Any, x: Any) -> Any:
-    """The mean over time, not over rows."""
+def _mean(result: Result, name: str, square: bool = False) -> float:
+    """The mean over time, not over rows, of a variable or its square: between rows that tell its
+    slopes, it is on the cubics through these."""
+    time, x, slopes = result.time, result[name], rises(result, name)
     span = time[-1] - time[0]
-    return np.trapezoid(x, time) / span if span > 0 else x[-1]
+    if not span > 0:
+        return float(x[-1] ** 2 if square else x[-1])
+    h = np.diff(time)
+    ends = x * x if square else x
+    area = np.sum(h * (ends[1:] + ends[:-1])) / 2
+    if slopes is not None:
+        bends = 2 * x * slopes if square else slopes
+        area += np.sum(h**2 * (bends[:-1] - bends[1:])) / 12
+    return float(area / span)
 
 
-REDUCTIONS: Mapping[str, Callable[[Any, Any], Any]] = {
-    "final": lambda time, x: x[-1],
+REDUCTIONS: Mapping[str, Callable[[Result, str], float]] = {
+    "final": lambda result, name: float(result[name][-1]),
     "mean": _mean,
-    "rms": lambda time, x: np.sqrt(_mean(time, x * x)),
+    "rms": lambda result, name: math.sqrt(max(0.0, _mean(result, name, square=True))),
 }
 #: Those that take the highest and lowest places of a variable, between the rows, too.
 EXTREMA: Mapping[str, Callable[[Result, str], float]] = {
@@ -57,7 +68,7 @@ class Reduction(Data):
     def __call__(self, result: Result) -> float:
         if self.kind in EXTREMA:
             return EXTREMA[self.kind](result, self.variable)
-        return float(REDUCTIONS[self.kind](result.time, result[self.variable]))
+        return REDUCTIONS[self.kind](result, self.variable)
 
 
 class Metrics(Data):

@@ -82,6 +82,14 @@ def test_metrics_are_texts_functions_and_mappings(decay: Model) -> None:
     assert rms["rms(x)"][0] == pytest.approx(math.sqrt((1 - math.exp(-2)) / 2), abs=1e-5)
 
 
+@pytest.mark.parametrize("intervals", [3, 10, 100])
+def test_means_of_states_are_those_of_the_motion(decay: Model, intervals: int) -> None:
+    study = planarc.sweep(decay, {"k": [1.0]}, ["mean(x)", "rms(x)"], intervals=intervals)
+    error = 1e-6 + 0.02 * intervals**-4.0  # as of cubics; trapezia err by 1e-2 at 3
+    assert study["mean(x)"][0] == pytest.approx(1 - math.exp(-1), abs=error)
+    assert study["rms(x)"][0] == pytest.approx(math.sqrt((1 - math.exp(-2)) / 2), abs=error)
+
+
 def test_a_metric_that_is_varied_is_one_column(decay: Model, tmp_path: Path) -> None:
     study = planarc.sweep(decay, {"k": KS}, ["k", "x"], workers=1)
     assert study.columns == ("k", "x")
