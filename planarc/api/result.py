@@ -229,32 +229,46 @@ class Result:
     # Tables
 
     @telling_keywords
-    def to_pandas(self, variables: str | Iterable[str] | None = None) -> pandas.DataFrame:
+    def to_pandas(
+        self, variables: str | Iterable[str] | None = None, *, once: bool = False
+    ) -> pandas.DataFrame:
         """A DataFrame over `time` (s), a column for each variable that `select` gives.
 
-        `.attrs["units"]` holds its units. Needs pandas (`pip install planarc[tables]`).
+        `.attrs["units"]` holds its units. `once`: each time once, as `reindex` needs it; of the
+        rows at an event the last. Needs pandas (`pip install planarc[tables]`).
         """
         module = need("pandas", "tables")
-        names = self.select(variables)
-        index = module.Index(self.time, name="time")
-        frame: pandas.DataFrame = module.DataFrame({n: self[n] for n in names}, index=index)
+        names, rows = self.select(variables), self._rows(once)
+        index = module.Index(self.time[rows], name="time")
+        frame: pandas.DataFrame = module.DataFrame({n: self[n][rows] for n in names}, index=index)
         frame.attrs["units"] = {n: self.unit(n) for n in names}
         return frame
 
     @telling_keywords
-    def to_xarray(self, variables: str | Iterable[str] | None = None) -> xarray.Dataset:
+    def to_xarray(
+        self, variables: str | Iterable[str] | None = None, *, once: bool = False
+    ) -> xarray.Dataset:
         """A Dataset over `time` (s): what `select` gives, each with `units` and `long_name`.
 
+        `once`: each time once, as `sel` and `interp` need it; of the rows at an event the last.
         Needs xarray (`pip install planarc[tables]`).
         """
-        module = need("xarray", "tables")
+        module, rows = need("xarray", "tables"), self._rows(once)
         columns = {
-            n: ("time", self[n], {"units": self.unit(n), "long_name": self.description(n)})
+            n: ("time", self[n][rows], {"units": self.unit(n), "long_name": self.description(n)})
             for n in self.select(variables)
         }
-        coordinate = {"time": ("time", self.time, {"units": "s"})}
+        coordinate = {"time": ("time", self.time[rows], {"units": "s"})}
         dataset: xarray.Dataset = module.Dataset(columns, coordinate, {"model": self.name})
         return dataset
+
+    def _rows(self, once: bool) -> Any:
+        """The rows of a table in memory: all, or the last of each time."""
+        import numpy as np
+
+        if not once:
+            return slice(None)
+        return np.append(np.diff(self.time) > 0, True)
 
     @telling_keywords
     def to_csv(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import planarc
 from planarc import Model, Result, UsageError
 from planarc.view.table.files import read_table
 
@@ -66,6 +67,20 @@ def test_tables_hold_the_same_numbers(result: Result, tmp_path: Path) -> None:
     assert dataset["revA.phi"].attrs["units"] == "rad"
     for path in (result.to_csv(tmp_path / "a.csv"), result.to_mat(str(tmp_path / "b"))):
         assert np.allclose(read_table(path)["revA.phi"], result["revA.phi"], atol=0)
+
+
+def test_tables_with_each_time_once_keep_what_is_behind_an_event() -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    run = planarc.load("model M Real x = if time < 0.5 then 1 else 2; end M;").simulate(1)
+    assert np.any(np.diff(run.time) == 0)
+    dataset, frame = run.to_xarray(once=True), run.to_pandas(once=True)
+    assert float(dataset["x"].sel(time=0.5)) == 2
+    assert float(dataset["x"].sel(time=0.7004, method="nearest")) == 2
+    assert dataset.interp(time=[0.2, 0.8])["x"].values == pytest.approx([1, 2])
+    assert frame["x"].reindex([0.5]).tolist() == [2]
+    assert len(frame) == len(np.unique(run.time))
+    assert len(run.to_pandas()) == len(run.time)
 
 
 def test_a_table_may_hold_some_variables_and_units(result: Result, tmp_path: Path) -> None:
