@@ -325,7 +325,7 @@ def _frames(point: Point, frequency: float, angles: Any, shape: Any) -> Result:
             data=np.array(rows),
             stored={slot: i for i, slot in enumerate(varying)},
             constants={c.slot: float(w[c.slot]) for c in program.columns if c.constant},
-            statistics=Statistics("linear", str(point.run.backend)),
+            statistics=Statistics("linear", str(point.backend)),
             states=(StateChoice(point.t, point.names),),
         )
     )

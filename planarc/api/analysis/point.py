@@ -9,7 +9,7 @@ Time and inputs stand still at a point; relations keep their truth until `settle
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from msgspec.structs import replace
@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from planarc.api.signals import ForcedKernel, Signal
 from planarc.core.arrays import Vector
 from planarc.core.diagnostic import PlanarcError, error
-from planarc.core.options import RunOptions, Solver
+from planarc.core.options import Backend, RunOptions, Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
 from planarc.runtime.differences import central
@@ -28,16 +28,24 @@ from planarc.solve.start.sharing import misses
 if TYPE_CHECKING:
     from planarc.api.model import Model
 
+    _Kept: TypeAlias = "tuple[Model, Backend, list[int], Vector, float, Vector]"
+
 #: Steps of differences, relative to max(1, |x|). Those of order four err by about 1e-13.
 STEP = 1e-3
 
 
 class Point:
     """Values at time `t`; `y` are those of the states. Raises PlanarcError (R470) where
-    the equations have no solution."""
+    the equations have no solution. A copy in another process has no `run`."""
 
-    def __init__(self, run: Run, t: float, y: Sequence[float]) -> None:
+    y: Vector
+
+    def __init__(
+        self, model: Model, backend: Backend, run: Run, t: float, y: Sequence[float]
+    ) -> None:
+        self.model, self.backend = model, backend
         self.run = run
+        self._selection: list[int] | None = None  # of a copy
         self.program: Program = run.program
         self.kernel: Kernel = run.kernel
         if isinstance(run.kernel, ForcedKernel):
@@ -46,9 +54,23 @@ class Point:
         self.t = t
         self.accept(y)
 
+    def __getstate__(self) -> _Kept:
+        w = np.array(self.kernel.w, dtype=float)
+        return self.model, self.backend, self.selection, w, self.t, self.y
+
+    def __setstate__(self, kept: _Kept) -> None:
+        self.model, self.backend, selection, w, self.t, self.y = kept
+        compiled = self.model.compiled(self.backend)
+        self.program, self.kernel = compiled.program, compiled.load()
+        self.kernel.w[:] = w.tolist()
+        self.kernel.select(selection)
+        self.kernel.accept(self.t)
+        self._selection = selection
+
     @property
     def selection(self) -> list[int]:
-        return self.run.states.selection
+        known = self._selection
+        return self.run.states.selection if known is None else known
 
     @property
     def states(self) -> list[CandidateSlot]:
@@ -61,7 +83,7 @@ class Point:
     def accept(self, y: Sequence[float] | Vector, t: float | None = None) -> None:
         """Make these states the point from which nonlinear blocks start."""
         self.t = self.t if t is None else t
-        self.y: Vector = np.array(y, dtype=float)
+        self.y = np.array(y, dtype=float)
         self.outputs(self.y)
         if misses(self.program, self.kernel):
             raise self._unsolved()
@@ -170,6 +192,6 @@ def open_point(
         if run.ended is not None:
             raise PlanarcError(run.ended)
         y = [float(v) for v in run.integrator.y]
-        return Point(run, request.start if at is None else at, y)
+        return Point(model, options.backend, run, request.start if at is None else at, y)
     finally:
         run.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -156,6 +157,18 @@ def test_the_shape_of_a_mode_moves(pendulum: Model, tmp_path: Path) -> None:
     assert "canvas" in linear.animate(0).text
     picture = linear.animate(0, path=tmp_path / "mode.svg", width=200)
     assert "animateTransform" in picture.read_text("utf-8")
+
+
+def test_a_linear_model_goes_to_another_process(pendulum: Model, bowl: Model) -> None:
+    one_way = load("model M input Real u; Real x = 2*u; end M;")
+    for model, at in ((pendulum, "equilibrium"), (bowl, "start"), (one_way, "start")):
+        linear = model.linearize(at=at)
+        copy = pickle.loads(pickle.dumps(linear))
+        assert np.array_equal(copy.A, linear.A)
+        assert copy.values == linear.values
+        if linear.modes:
+            moves, moved = (each.motion(0) for each in (linear, copy))
+            assert np.array_equal(moves.rows.data, moved.rows.data)
 
 
 def test_a_mode_that_is_not_there_is_refused(pendulum: Model) -> None:
