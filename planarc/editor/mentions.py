@@ -18,6 +18,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from enum import Enum
+from itertools import dropwhile, islice
 from typing import TypeAlias
 
 from planarc.core.data import Data
@@ -27,7 +28,9 @@ from planarc.editor.texts import Text
 from planarc.ir import syntax
 from planarc.parse.parser import read
 
-_NAME = re.compile(r"'(?:[^'\\\n]|\\.)+'|[A-Za-z_]\w*")
+_WORD = re.compile(
+    r"//[^\n]*|/\*.*?\*/|(?P<name>'(?:[^'\\\n]|\\.)+'|[A-Za-z_]\w*)|(?P<mark>[\"=(])", re.DOTALL
+)
 _PREFIXES = frozenset(("each", "final", "redeclare", "replaceable", "break", "import"))
 _LOOPS = syntax.Comprehension | syntax.ForEquation | syntax.ForStatement
 
@@ -83,15 +86,11 @@ class Walk:
         tree = self._text.tree
         if tree.within:
             end = tree.classes[0].span.start if tree.classes else tree.span.end
-            start = self._text.source.text.find("within", 0, end) + len("within")
-            yield from self._dotted(Span(tree.span.source, start, end), tree.within, Kind.IMPORT)
-
-    def _dotted(self, span: Span, path: tuple[str, ...], kind: Kind) -> Iterator[Mention]:
-        """The names of a dotted one that begins a piece of text."""
-        places = (p for p in _names(span) if p.text not in _PREFIXES)
-        for count, place in zip(range(1, len(path) + 1), places, strict=False):
-            if place.text == path[count - 1]:
-                yield Mention(kind, place.text, place, self._owner, path[:count])
+            places = dropwhile(
+                lambda place: place.text != "within", _names(Span(tree.span.source, 0, end))
+            )
+            for count, place in enumerate(islice(places, 1, len(tree.within) + 1), 1):
+                yield Mention(Kind.IMPORT, place.text, place, (), tree.within[:count])
 
     # Classes
 
@@ -180,7 +179,7 @@ class Walk:
             yield from self._modification(constraint.modification, (constraint.base, ()))
 
     def _import(self, clause: syntax.Import) -> Iterator[Mention]:
-        words = [p for p in _names(clause.span) if p.text != "import"]
+        words = [p for p in _names(clause.span, '"') if p.text != "import"]
         if clause.alias is not None and words:
             words = words[1:]
         for count, place in enumerate(words[: len(clause.path)], 1):
@@ -208,7 +207,9 @@ class Walk:
                     yield from self._modification(argument.modification, (base, path))
                 case syntax.ElementRedeclaration():
                     yield from self._redeclared(argument.element, base, outer)
-                case syntax.Deselection() if isinstance(argument.target, str):
+                case syntax.Deselection() if not isinstance(argument.target, str):
+                    yield from self._expressions((argument.target,), {})
+                case syntax.Deselection():
                     places = (p for p in _names(argument.span) if p.text == argument.target)
                     for place in places:
                         yield self._modifier(place, (*outer, place.text), base)
@@ -314,13 +315,10 @@ def _first(span: Span, name: str) -> Span:
     return Span(span.source, span.start, span.start + len(name))
 
 
-def _names(span: Span) -> Iterator[Span]:
-    """The names in a piece of text, up to the first string or binding."""
-    text = span.source.text
-    end = min(
-        (at for c in '"=(' if (at := text.find(c, span.start, span.end)) >= 0), default=span.end
-    )
-    if text.startswith("import", span.start):
-        end = next((at for c in '"' if (at := text.find(c, span.start, span.end)) >= 0), span.end)
-    for match in _NAME.finditer(text, span.start, end):
-        yield Span(span.source, match.start(), match.end())
+def _names(span: Span, marks: str = '"=(') -> Iterator[Span]:
+    """The names in a piece of text, up to the first of some marks; none in comments."""
+    for match in _WORD.finditer(span.source.text, span.start, span.end):
+        if match["mark"] and match["mark"] in marks:
+            return
+        if match["name"]:
+            yield Span(span.source, match.start(), match.end())

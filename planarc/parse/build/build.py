@@ -13,7 +13,7 @@ from planarc.ir import syntax
 from planarc.parse.build.equations import Equations
 from planarc.parse.build.expressions import Expressions
 from planarc.parse.build.modifications import NO_CLAUSE, Modifications, modification_of
-from planarc.parse.build.parts import Description, Part, cover, made, nodes, part
+from planarc.parse.build.parts import Description, Part, cover, made, nodes, part, texts
 from planarc.parse.grammar.lexer import Token
 
 _ELEMENT_ORDER = (("redeclare",), ("final",), ("inner",), ("outer",), ("replaceable",))
@@ -54,7 +54,7 @@ class Build(Expressions, Modifications, Equations):
     def annotation_text(self, c: list[Any]) -> Any:
         return c[0].value
 
-    within = part(lambda c: c[1].value if c[1] else ())
+    within = part(lambda c: texts(c[1]) if c[1] else ())
 
     # Classes
 
@@ -182,7 +182,7 @@ class Build(Expressions, Modifications, Equations):
 
     # Elements
 
-    import_as = made(syntax.Import, lambda c: (c[3].value, c[1].text))
+    import_as = made(syntax.Import, lambda c: (texts(c[3]), c[1].text))
     import_class = made(syntax.Import, lambda c: (_dotted(c[1:-1]),))
     import_all = made(syntax.Import, lambda c: (_dotted(c[1:-2]), None, True))
 

@@ -160,11 +160,12 @@ class Expressions(Builder):
     subscripts = part(nodes)
 
     def name(self, c: list[Token]) -> Part:
-        return Part(tuple(t.text for t in c[::2]), c[0].span.to(c[-1].span))
+        """The words of a dotted name, each where it stands."""
+        return Part(c[::2], c[0].span.to(c[-1].span))
 
     def type_specifier(self, c: list[Any]) -> syntax.Ref:
         name = c[-1]
-        parts = tuple(syntax.RefPart(name.span, text) for text in name.value)
+        parts = tuple(syntax.RefPart(word.span, word.text) for word in name.value)
         return syntax.Ref(cover(c), parts, len(c) == 2)
 
     def component_reference(self, c: list[Any]) -> syntax.Ref:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from planarc.ir import syntax
-from planarc.parse.build.parts import Builder, Description, Part, cover, made, nodes, part
+from planarc.parse.build.parts import Builder, Description, Part, cover, made, nodes, part, texts
 from planarc.parse.grammar.lexer import Token
 
 _ARGUMENT_ORDER = (("redeclare",), ("each",), ("final",), ("replaceable",))
@@ -55,7 +55,7 @@ class Modifications(Builder):
                 message = f"expected a declaration after `{word}`, not a modification"
                 self.refuse("P101", message, name.span, f"write `{word} Type name`")
         return syntax.ElementModification(
-            cover(c), name.value, modification, "each" in words, "final" in words, comment or ""
+            cover(c), texts(name), modification, "each" in words, "final" in words, comment or ""
         )
 
     def redeclared_class(self, c: list[Any]) -> syntax.ElementRedeclaration:

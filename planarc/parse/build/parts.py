@@ -36,6 +36,11 @@ def nodes(children: Iterable[Any]) -> tuple[Any, ...]:
     return tuple(c for c in children if c is not None and not isinstance(c, Token))
 
 
+def texts(name: Part) -> tuple[str, ...]:
+    """The words of a dotted name."""
+    return tuple(word.text for word in name.value)
+
+
 def separated(children: Iterable[Any]) -> list[Any]:
     """The children between commas; None where nothing stands."""
     items: list[Any] = [None]
