@@ -115,7 +115,7 @@ def animate(
     wanted = tuple(layers or ())
     options = PictureOptions(when, at, width, dark, tuple(traces or ()), wanted)
     if Path(target).suffix.lower() in TABLES:
-        refuse_run(mode, stop, settings)
+        refuse_run(mode, stop, settings, redundant)
         rows = read_result(Path(target), model_name, class_name, library)
     else:
         model = open_model(target, class_name, library, redundant=redundant)

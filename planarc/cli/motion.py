@@ -12,6 +12,7 @@ from planarc.cli.analysis import number_or_word, with_settings
 from planarc.cli.arguments import make_request
 from planarc.compiled import Compiled
 from planarc.core.diagnostic import usage_error
+from planarc.core.options import Redundant
 from planarc.ir.result import Result as Rows
 from planarc.request.request import Request
 from planarc.view.table.files import read_table
@@ -24,9 +25,13 @@ def named_output(output: Path | None, example: str) -> Path:
     return output
 
 
-def refuse_run(mode: int | None, stop: float | None, settings: list[str] | None) -> None:
+def refuse_run(
+    mode: int | None, stop: float | None, settings: list[str] | None, redundant: Redundant
+) -> None:
     """Refuse options of a run where its result is shown."""
-    for given, name in ((mode, "--mode"), (stop, "--stop"), (settings, "--set")):
+    accepted = None if redundant is Redundant.REFUSE else redundant
+    options = {"--mode": mode, "--stop": stop, "--set": settings, "--redundant": accepted}
+    for name, given in options.items():
         if given is not None:
             raise usage_error(
                 "C272",

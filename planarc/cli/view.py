@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from msgspec.structs import replace
+
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, output_option
 from planarc.cli.exits import Exit
 from planarc.cli.files import page_destination
 from planarc.cli.line import Argument, Option
 from planarc.core.data import Data
-from planarc.core.diagnostic import usage_error
+from planarc.core.diagnostic import UsageError, usage_error
 
 if TYPE_CHECKING:
     from planarc.ir.insight import Insight
@@ -119,13 +121,29 @@ def _read(
         raise usage_error(
             "C292", f"`{file}` holds no row", hint="was the run ended before its start?"
         )
-    request, compiled = find_model(file, table, model, class_name, library)
+    try:
+        request, compiled = find_model(file, table, model, class_name, library)
+    except UsageError as error:
+        raise _by_option(error) from None
     restored = restore(table, file.name, compiled)
     if compiled is None or request is None:
         return _Found(table, "", restored.result, None, (_WITHOUT,))
     where = model or f"{request.class_name}{f' in {request.file}' if request.file else ''}"
     insight = stages.study(restored.result, restored.kernel)
     return _Found(table, where, restored.result, insight, restored.notes)
+
+
+def _by_option(error: UsageError) -> UsageError:
+    """The same error, with the option that names the class here."""
+    hint = "name one of them with `--class`"
+    return UsageError(
+        tuple(
+            replace(d, hint=hint)
+            if d.code in ("C106", "C107") and d.hint and "of them" in d.hint
+            else d
+            for d in error.diagnostics
+        )
+    )
 
 
 def _shown(files: Sequence[Path], found: Sequence[_Found]) -> list[Shown]:

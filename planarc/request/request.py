@@ -210,7 +210,7 @@ def _several(
         return _usage(
             "C106",
             f"`{request.file}` holds several models: {ticked(models)}",
-            f"name one of them: `planarc simulate {request.file} {models[0]}`",
+            f"name one of them behind the file: `{request.file} {models[0]}`",
         )
     if not inside:
         hint = "name a model inside of it, as in `Package.Model`"
@@ -220,7 +220,7 @@ def _several(
     return _usage(
         "C107",
         f"`{request.file}` holds no model by itself; in its packages {be(len(inside))} {shown}",
-        f"name one of them: `planarc simulate {request.file} {inside[0]}`",
+        f"name one of them behind the file: `{request.file} {inside[0]}`",
     )
 
 

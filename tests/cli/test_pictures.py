@@ -75,6 +75,51 @@ def test_curves_of_a_model_and_of_a_result(capsys: pytest.CaptureFixture[str]) -
     assert "hinge.w [rad/s]" not in Path("d.svg").read_text("utf-8")
 
 
+TWO = """model Fast
+  Real y = 2*time;
+end Fast;
+
+model Slow
+  Real y = time, fast = 3;
+end Slow;
+
+package Others
+  model Still
+    Real y = 1;
+  end Still;
+end Others;
+"""
+
+
+def test_the_class_of_a_file_stands_before_what_is_drawn(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("matplotlib")
+    Path("two.pmo").write_text(TWO, "utf-8")
+    for words in (["Slow", "y", "fast"], ["Fast", "y"], ["Others.Still", "y"], ["Still", "y"]):
+        assert run(["plot", "two.pmo", *words, "-o", f"{words[0]}.svg"]) == 0
+    assert Path("Slow.svg").read_text("utf-8") != Path("Fast.svg").read_text("utf-8")
+    capsys.readouterr()
+    assert run(["plot", "two.pmo", "y", "-o", "a.svg"]) == 2
+    assert "hint: name one of them behind the file: `two.pmo Fast`" in capsys.readouterr().err
+    assert run(["plot", "two.pmo", "Fast", "-o", "a.svg"]) == 2
+    assert "error[C100]: `Fast` is a model" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "option", [["--set", "L=2"], ["--stop", "0.5"], ["--redundant", "accept"]], ids=str
+)
+@pytest.mark.parametrize("command", [["plot", "a.csv", "y"], ["animate", "a.csv"]], ids=str)
+def test_a_result_is_not_run_again(
+    command: list[str], option: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("matplotlib")
+    Path("a.csv").write_text("time,y\n0,1\n1,2\n", "utf-8")
+    assert run([*command, *option, "-o", "a.svg"]) == 2
+    assert f"error[C272]: `{option[0]}` needs a model" in capsys.readouterr().err
+    assert not Path("a.svg").exists()
+
+
 def test_a_gallery_of_nothing_is_a_wrong_request(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

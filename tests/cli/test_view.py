@@ -158,6 +158,15 @@ def test_a_result_of_another_model_is_refused(
     assert "C290" in capsys.readouterr().err
 
 
+def test_a_class_is_named_by_its_option(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    simulate()
+    (here / "two.pmo").write_text("model A\nend A;\n" + MODEL, encoding="utf-8")
+    arguments = ["view", "Swing.csv", "--model", "two.pmo", "--no-open"]
+    assert run(arguments) == 2
+    assert "hint: name one of them with `--class`" in capsys.readouterr().err
+    assert run([*arguments, "--class", "Swing"]) == 0
+
+
 def test_a_curve_that_is_not_there_names_the_nearest(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
