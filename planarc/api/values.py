@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence, Sized
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from planarc.core.diagnostic import Diagnostic, UsageError, usage_error
@@ -19,12 +19,14 @@ from planarc.core.unknown import UnknownName, unknown_name
 from planarc.ir.dae import Kind
 from planarc.ir.once import once
 from planarc.ir.program import ParameterSlot, Program, literals_of
+from planarc.solve.deciding import not_to_be_set
 
 #: A number, one with a unit as text (`"20cm"`) or of pint, a truth value, the name of an
 #: enumeration literal, or a (nested) sequence of them.
 Value: TypeAlias = "float | bool | str | Sequence[Any] | Any"
 
 _START = ".start"
+_TRUTH = {"true": 1.0, "false": 0.0}
 
 
 @once
@@ -63,6 +65,8 @@ def parameter_values(program: Program, given: Mapping[str, Value] | None) -> dic
 def value_of(parameter: ParameterSlot, value: Value) -> float:
     """The number of a value of a parameter, in its unit. Raises UsageError."""
     _refuse_truth(parameter.name, parameter.kind, parameter.literals, value)
+    if parameter.kind is Kind.BOOLEAN and isinstance(value, str):
+        return _truth(parameter.name, value)
     return _number(parameter.name, value, parameter.literals, parameter.unit)
 
 
@@ -90,6 +94,15 @@ def _refuse_truth(name: str, kind: Kind, literals: Sequence[str], value: Any) ->
         raise usage_error("C202", f"`{name}` takes {wanted}, not {word}")
 
 
+def _truth(name: str, value: str) -> float:
+    """The number of `true` or `false` as a text. Raises UsageError."""
+    if value not in _TRUTH:
+        meant = value.lower()
+        hint = f"write `{meant}`" if meant in _TRUTH else None
+        raise usage_error("C202", f"`{name}` takes true or false, not `{value:.60}`", hint=hint)
+    return _TRUTH[value]
+
+
 def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[str, float]:
     """Start values by the names of variables; `x.start` is understood as `x`."""
     known = _variables(program)
@@ -104,7 +117,10 @@ def start_values(program: Program, given: Mapping[str, Value] | None) -> dict[st
         literals = literals_of(program).get(name, ())
         own = f"{name}{_START}"
         _refuse_truth(own, kind, literals, value)
-        result[name] = _number(own, value, literals, _unit(known[name]))
+        is_word = kind is Kind.BOOLEAN and isinstance(value, str)
+        result[name] = (
+            _truth(own, value) if is_word else _number(own, value, literals, _unit(known[name]))
+        )
     return result
 
 
@@ -178,8 +194,11 @@ def _scalars(
             yield name, value
             continue
         elements = elements_of(name, known) if isinstance(name, str) else {}
+        told = not_to_be_set(program, str(name)) if kind == "parameter" else None
         if elements:
             yield from spread(name, value, elements)
+        elif told is not None:
+            raise UnknownName(Diagnostic("C201", told[0], hint=told[1]))
         elif kind == "parameter" and any(c.name == name for c in program.columns):
             is_input = name in program.inputs or any(
                 d.name == name and d.given is not None for d in program.discretes
@@ -223,8 +242,10 @@ def spread(
             continue
         stack.extend(((*at, i), part) for i, part in enumerate(item, 1))
     if found.keys() != elements.keys():
-        names = list(elements.values())
-        raise _shape(name, f"{len(names)} numbers, `{names[0]}` to `{names[-1]}`", value)
+        names, count = list(elements.values()), str(len(elements))
+        if len(last := max(elements)) > 1 and math.prod(last) == len(names):
+            count = " x ".join(map(str, last))
+        raise _shape(name, f"{count} numbers, `{names[0]}` to `{names[-1]}`", value)
     return [(n, found[at]) for at, n in elements.items()]
 
 
@@ -237,9 +258,17 @@ def is_sequence(value: Any) -> bool:
 def _shape(name: str, wanted: str, value: Any) -> UsageError:
     given = getattr(value, "shape", None)
     what = f"a value of shape {given}" if given is not None else f"{value!r:.60}"
-    if given is None and isinstance(value, Sized) and not isinstance(value, str | bytes):
-        what = f"{len(value)}: {what}"
+    if given is None and (sizes := _sizes(value)):
+        what = f"{' x '.join(map(str, sizes))}: {what}"
     return usage_error("C203", f"`{name}` takes {wanted}, not {what}")
+
+
+def _sizes(value: Any) -> tuple[int, ...]:
+    """The lengths of nested sequences, as deep as all of one depth have the same."""
+    if not isinstance(value, Sequence) or isinstance(value, str | bytes):
+        return ()
+    inner = {_sizes(item) for item in value if is_sequence(value)}
+    return (len(value), *(inner.pop() if len(inner) == 1 else ()))
 
 
 def _number(name: str, value: Any, literals: Sequence[str], unit: str = "") -> float:

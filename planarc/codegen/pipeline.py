@@ -52,6 +52,7 @@ def generate(sorted: SortedDae) -> Program:
             delays=tables.delays(),
             limits=tables.limits(),
             enumerations=tables.enumerations(),
+            texts=dae.texts,
             assertions=tuple(
                 rewrite_action(a, dae.table, sections.aliases) for a in dae.assertions
             ),

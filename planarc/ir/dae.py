@@ -329,6 +329,7 @@ class Dae(Located):
     description: str = ""
     span: Span = NOWHERE
     warnings: tuple[Diagnostic, ...] = ()
+    texts: tuple[str, ...] = ()  # the String parameters, which are part of the equations
     simplified: bool = False  # True where simplified forms of `homotopy` were left out
 
     @property

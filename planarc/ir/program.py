@@ -348,6 +348,7 @@ class Program(Data):
     sharing: Sharing | None = None  # None where nothing is redundant, or nothing is accepted
     limits: tuple[Limits, ...] = ()  # of variables that declare some
     enumerations: tuple[Enumeration, ...] = ()
+    texts: tuple[str, ...] = ()  # the String parameters, which are part of the program
     span: Span = NOWHERE  # of the model
 
     @property

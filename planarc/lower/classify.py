@@ -117,6 +117,10 @@ def _is_given_text(v: flat.Variable) -> bool:
     return v.type.base is _STRING and v.causality == "input" and v.binding is None
 
 
+def is_text_parameter(v: flat.Variable) -> bool:
+    return v.type.base is _STRING and v.variability is flat.Variability.PARAMETER
+
+
 def _symbols(model: Model, v: flat.Variable, dims: tuple[int, ...], names: Sequence[str]) -> Value:
     symbols: tuple[Value, ...] = tuple(map(model.table.symbol, names))
     if v.type.base is _STRING:

@@ -23,7 +23,7 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Exprs, symbols
 from planarc.ir.given import Given
 from planarc.ir.places import is_own, own_part, owner
-from planarc.lower.classify import classify
+from planarc.lower.classify import classify, is_text_parameter
 from planarc.lower.equations import Lowered, lower_equations, lower_initial
 from planarc.lower.free_parameters import release_parameters
 from planarc.lower.free_starts import release_starts
@@ -113,6 +113,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         description=source.description,
         span=source.span,
         warnings=(*source.warnings, *model.warnings, *warn_of_unassigned(source)),
+        texts=tuple(v.name for v in source.variables if is_text_parameter(v)),
         simplified=model.simplified,
     )
     return know_before(lowered, found)

@@ -27,6 +27,18 @@ def given_by(program: Program, name: str) -> str | None:
     return None if given is None else f"set `{given}`, which gives it"
 
 
+def not_to_be_set(program: Program, name: str) -> tuple[str, str] | None:
+    """What is told of a parameter that no value can be given, and a hint."""
+    if any(name == text or name.startswith(f"{text}[") for text in program.texts):
+        value = f'{{"{name}": \'"..."\'}}'
+        message = f"`{name}` is a String, which the model is compiled with"
+        return message, f"write another one into the model, or in Python take `variant({value})`"
+    if any(c.at_start and c.display == name for c in program.candidates):
+        message = f"`{name}` is found at the start (`fixed=false`): no value can be given"
+        return message, f"set `{name}.start`, from which it is looked for"
+    return None
+
+
 def deciding(program: Program, name: str) -> Sequence[str]:
     """The candidates that may decide a variable: of the joints that hold its part, nearest to the
     ground first, those of its unit; else the nearest names."""

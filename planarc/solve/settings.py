@@ -22,7 +22,7 @@ from planarc.ir.dae import LARGEST_INTEGER, START_TIME, Impact, Kind
 from planarc.ir.expr import Op, postorder
 from planarc.ir.once import once
 from planarc.ir.program import Column, Let, ParameterSlot, Program, literals_of
-from planarc.solve.deciding import deciding, given_by, start_meant
+from planarc.solve.deciding import deciding, given_by, not_to_be_set, start_meant
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -238,6 +238,8 @@ def _finite(name: str, value: float) -> float:
 def _settable(known: Mapping[str, ParameterSlot], program: Program, name: str) -> ParameterSlot:
     parameter = known.get(name)
     if parameter is None:
+        if (reason := not_to_be_set(program, name)) is not None:
+            raise _usage("R404", *reason)
         if any(c.name == name for c in program.columns):
             raise _usage(
                 "R404",

@@ -55,6 +55,8 @@ def at_end(model: Model, name: str, **values: Any) -> float:
         ({"one.mode": 2}, 2.0),
         ({"one.back": True}, -1.0),
         ({"one.times": 3, "one.mode": "Mode.fast"}, 6.0),
+        ({"one.back": "true"}, -1.0),
+        ({"one.back": "false"}, 1.0),
     ],
 )
 def test_values_of_every_kind(kinds: Model, given: dict[str, Any], slope: float) -> None:
@@ -70,7 +72,14 @@ def test_values_of_every_kind(kinds: Model, given: dict[str, Any], slope: float)
         ({"one.times": 1.5}, "takes an integer, not 1.5"),
         ({"one.n": 1.5}, "takes an integer, not 1.5"),
         ({"p.n": [1, 2, 3]}, "takes 2 numbers, `p[1].n` to `p[2].n`"),
-        ({"p.order": [[1, 2]]}, "takes 4 numbers"),
+        ({"p.order": [[1, 2]]}, "takes 2 x 2 numbers, `p[1].order[1]` to `p[2].order[2]`, not 1 x"),
+        (
+            {"p.order": [1, 2, 3, 4]},
+            "takes 2 x 2 numbers, `p[1].order[1]` to `p[2].order[2]`, not 4:",
+        ),
+        ({"p.order": [[1, 2], [3]]}, "not 2: [[1, 2], [3]]"),
+        ({"one.back": "True"}, "`one.back` takes true or false, not `True`\n  hint: write `true`"),
+        ({"one.back": "yes"}, "`one.back` takes true or false, not `yes`"),
     ],
 )
 @pytest.mark.filterwarnings("error")
@@ -80,6 +89,51 @@ def test_values_that_no_parameter_of_the_kind_has(
     with pytest.raises(UsageError) as caught:
         kinds.simulate(1, parameters=given)
     assert words in str(caught.value)
+
+
+FIXED = """model Fixed
+  parameter String label = "one";
+  parameter String labels[2] = {"a", "b"};
+  parameter Real rate(fixed=false, start=1);
+  Real x(start=1, fixed=true);
+initial equation
+  rate^3 + rate = 2;
+equation
+  der(x) = -rate*x*(if label == "one" then 1 else 2);
+end Fixed;
+"""
+
+
+@pytest.fixture(scope="module")
+def fixed() -> Model:
+    return planarc.load(FIXED)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("label", "`label` is a String, which the model is compiled with"),
+        ("labels[2]", "`labels[2]` is a String"),
+        ("rate", "`rate` is found at the start (`fixed=false`): no value can be given"),
+    ],
+)
+@pytest.mark.parametrize("value", ["other", "3", 3.0])
+def test_parameters_that_take_no_value_say_why(
+    fixed: Model, name: str, words: str, value: Any, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    with pytest.raises(UsageError) as caught:
+        fixed.simulate(1, parameters={name: value})
+    assert words in str(caught.value)
+    (tmp_path / "fixed.pmo").write_text(FIXED, "utf-8")
+    command = ["simulate", str(tmp_path / "fixed.pmo"), "--no-output", "--no-report"]
+    assert run([*command, "--set", f"{name}={value}"]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_the_hint_for_a_text_works(fixed: Model) -> None:
+    other = fixed.variant({"label": '"two"'})
+    assert other.simulate(1)["x"][-1] == pytest.approx(np.exp(-2), rel=1e-4)
 
 
 COUNTER = """model Counter
@@ -111,6 +165,7 @@ def counter() -> Model:
         ({"i.start": -2.0}, -2),
         ({"b": True}, 1),
         ({"b.start": 1}, 1),
+        ({"b.start": "true"}, 1),
         ({"mode": "fast"}, 3),
         ({"mode.start": "Mode.slow"}, 2),
         ({"mode": 2}, 2),
@@ -129,6 +184,7 @@ def test_start_values_of_every_kind(counter: Model, given: dict[str, Any], value
         ({"i": True}, "`i.start` takes an integer, not true"),
         ({"i": 2.0**60}, "`i.start` takes an integer below 2^53"),
         ({"b": 0.5}, "`b.start` takes true or false, not 0.5"),
+        ({"b": "on"}, "`b.start` takes true or false, not `on`"),
         ({"mode": 7}, "`mode.start` has no literal number 7"),
         ({"mode": 0}, "choose among `off`, `slow`, `fast`"),
         ({"mode": "fats"}, "did you mean `fast`"),

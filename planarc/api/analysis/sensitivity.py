@@ -29,14 +29,16 @@ from msgspec.structs import replace
 from planarc.api.analysis.compared import compare_runs
 from planarc.api.analysis.partials import Differences, Formulas, NoFormulaError, Partials
 from planarc.api.analysis.point import Point, open_point
-from planarc.api.values import parameter_values
+from planarc.api.values import elements_of, parameter_values, slots_of
 from planarc.core.arrays import Vector
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, error, usage_error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, error, usage_error
 from planarc.core.extras import need
 from planarc.core.options import RunOptions
 from planarc.core.prose import counted
-from planarc.core.unknown import refuse_unknown
+from planarc.core.unknown import UnknownName, refuse_unknown
+from planarc.ir.program import Program
+from planarc.solve.deciding import not_to_be_set
 from planarc.solve.settings import resolve
 from planarc.solve.states.selector import lost_diagnostic
 
@@ -79,7 +81,12 @@ class Sensitivities(Data):
 
     def __getitem__(self, key: tuple[str, str]) -> Vector:
         """One derivative over `time`, of the shape (rows,). Raises UnknownName."""
-        variable, parameter = key if isinstance(key, tuple) and len(key) == 2 else (key, None)
+        if not isinstance(key, tuple) or len(key) != 2:
+            message = "a derivative has two names, of a variable and of a parameter"
+            first = key if key in self.names else self.names[0]
+            hint = f'write e.g. `["{first}", "{self.parameters[0]}"]`'
+            raise UnknownName(Diagnostic("C202", message, hint=hint))
+        variable, parameter = key
         refuse_unknown("variable", (variable,), self.names)
         refuse_unknown("parameter that was asked for", (parameter,), self.parameters)
         at = self.names.index(variable), self.parameters.index(str(parameter))
@@ -122,17 +129,31 @@ def sensitivities(model: Model, parameters: Sequence[str], options: RunOptions) 
 def _present(model: Model, names: Sequence[str], options: RunOptions) -> dict[str, float]:
     """The values around which derivatives are taken; names are checked."""
     kinds = {p.name: p.kind.value for p in model.program.parameter_slots}
-    found = parameter_values(model.program, dict.fromkeys(names, 0.0))
-    if set(found) != set(names):
-        name = next(n for n in names if n not in found)
-        raise usage_error("C244", f"`{name}` is an array: name its elements, as in `{name}[1]`")
     for name in names:
+        if name not in kinds:
+            _refuse_others(model.program, name)
         if kinds[name] != "Real":
             raise usage_error("C244", f"`{name}` is {kinds[name]}: there is no derivative by it")
     defaults = {p.name: p.default for p in model.program.parameter_slots}
     present = {n: options.values.get(n, defaults[n] or 0.0) for n in names}
     resolve(model.program, replace(options, values={**options.values, **present}))
     return present
+
+
+def _refuse_others(program: Program, name: str) -> None:
+    """Raise UsageError for what is no parameter; start values give no derivative either."""
+    if isinstance(name, str) and not_to_be_set(program, name) is None:
+        if elements := elements_of(name, slots_of(program)):
+            first = next(iter(elements.values()))
+            raise usage_error("C244", f"`{name}` is an array: name its elements, as in `{first}`")
+        variable = name.removesuffix(".start")
+        if any(c.name == variable for c in program.columns):
+            what = "a variable" if variable == name else "the start value of a variable"
+            hint = None
+            if any(c.display == variable for c in program.candidates):
+                hint = f"let a parameter give the start, as in `{variable}(start=x0)`, and name it"
+            raise UnknownName(Diagnostic("C201", f"`{name}` is {what}, not a parameter", hint=hint))
+    parameter_values(program, {name: 0.0})
 
 
 class _Equations:

@@ -223,9 +223,17 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("name", lambda m: m.sensitivities(["TT"]), "no parameter"),
     ("none", lambda m: m.sensitivities([]), "no parameter is named"),
     ("None", lambda m: m.sensitivities(None), "no parameter is named"),  # type: ignore[arg-type]
-    ("array", lambda m: m.sensitivities(["c"]), "takes 2 numbers"),
+    ("array", lambda m: m.sensitivities(["c"]), r"`c` is an array: name .* as in `c\[1\]`"),
+    ("variable", lambda m: m.sensitivities(["x"]), r"a variable,[^\0]*as in `x\(start=x0\)`"),
+    ("follows", lambda m: m.sensitivities(["y"]), "`y` is a variable, not a parameter$"),
+    ("start", lambda m: m.sensitivities(["x.start"]), "`x.start` is the start value of a variable"),
     ("integer", lambda m: m.sensitivities(["n"]), "no derivative"),
     ("result", lambda m: m.sensitivities(["T"], stop_time=1)["z", "T"], "no variable"),
+    (
+        "one name",
+        lambda m: m.sensitivities(["T"], stop_time=1)["x"],
+        r'two names, of a variable and of a parameter[^\0]*write e.g. `\["x", "T"\]`',
+    ),
     ("key", lambda m: m.sensitivities(["T"], stop_time=1)["x", "U"], "no parameter"),
 ]
 
