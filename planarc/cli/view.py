@@ -186,4 +186,4 @@ def _open(path: Path) -> None:
     import webbrowser
 
     if not webbrowser.open(path.resolve().as_uri()):
-        console.warn("no browser was found: open the page by hand")
+        console.tell("no browser was found: open the page by hand")

@@ -158,6 +158,15 @@ def test_a_result_of_another_model_is_refused(
     assert "C290" in capsys.readouterr().err
 
 
+def test_without_a_browser_the_line_that_says_so_ends(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulate()
+    monkeypatch.setattr("webbrowser.open", lambda address: False)
+    assert run(["view", "Swing.csv"]) == 0
+    assert capsys.readouterr().err == "no browser was found: open the page by hand\n"
+
+
 def test_a_class_is_named_by_its_option(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     simulate()
     (here / "two.pmo").write_text("model A\nend A;\n" + MODEL, encoding="utf-8")
