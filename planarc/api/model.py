@@ -356,7 +356,8 @@ class Model(Loaded):
         inputs: Mapping[str, Signal] | None = None,
         outputs: Sequence[str] | None = None,
     ) -> Linearization:
-        """The linear model at a point: the start (default), a time, or given start values.
+        """The linear model at a point: the start (default), a time (2 or "500ms"), or given start
+        values.
 
         `at="equilibrium"` looks for the nearest stable equilibrium first. With n states, m inputs
         and p `outputs` the matrices A, B, C and D have the shapes (n, n), (n, m), (p, n), (p, m).

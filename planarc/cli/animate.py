@@ -82,7 +82,8 @@ def animate(
     around: Annotated[
         str,
         Option(
-            metavar="WHERE", help="Of --mode: around `start`, `equilibrium`, or a time in seconds."
+            metavar="WHERE",
+            help="Of --mode: around `start`, `equilibrium`, or a time: 0.5 or 500ms.",
         ),
     ] = "start",
     amplitude: Annotated[float, Option(help="Of --mode: how far the largest state moves.")] = 0.2,

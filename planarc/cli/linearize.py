@@ -31,7 +31,7 @@ def linearize(
     target: Target,
     class_name: ClassName = None,
     at: Annotated[
-        str, Option(metavar="WHERE", help="`start`, `equilibrium`, or a time in seconds.")
+        str, Option(metavar="WHERE", help="`start`, `equilibrium`, or a time: 0.5 or 500ms.")
     ] = "start",
     outputs: Annotated[
         list[str] | None,

@@ -194,15 +194,10 @@ def _points(vary: list[str], random: int | None, latin: int | None, seed: int) -
         raise usage_error("C256", f"`--vary {twice}` is given twice", hint="give all values in one")
     if random is None and latin is None:
         return design.grid({name: _values(name, text) for name, text in pairs})
-    ranges: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    for name, text in pairs:
-        ranges[name], units[name] = _range(name, text)
+    ranges = {name: _range(name, text) for name, text in pairs}
     if random is not None:
-        sample = design.random(ranges, random, seed)
-    else:
-        sample = design.latin_hypercube(ranges, latin or 0, seed)
-    return [{n: f"{v!r}{units[n]}" if units[n] else v for n, v in p.items()} for p in sample]
+        return design.random(ranges, random, seed)
+    return design.latin_hypercube(ranges, latin or 0, seed)
 
 
 def _values(name: str, text: str) -> Sequence[Given]:
@@ -224,10 +219,10 @@ def _values(name: str, text: str) -> Sequence[Given]:
             hint=f"write `{name}={low:g}:{low + 1:g}:{count}`",
         )
     values = [low + (high - low) * i / max(1, count - 1) for i in range(count)]
-    return [f"{value!r}{unit}" for value in values] if unit else values
+    return [f"{value!r} {unit}" for value in values] if unit else values
 
 
-def _range(name: str, text: str) -> tuple[list[float], str]:
+def _range(name: str, text: str) -> tuple[float | str, float | str]:
     parts, unit = _numbers(name, text)
     if len(parts) != 2:
         raise usage_error(
@@ -235,7 +230,8 @@ def _range(name: str, text: str) -> tuple[list[float], str]:
             f"`{text}` is no range from which a sample of `{name}` can be taken",
             hint=f"write `{name}=0.5:0.9`",
         )
-    return parts, unit
+    low, high = (f"{value!r} {unit}" if unit else value for value in parts)
+    return low, high
 
 
 def _numbers(name: str, text: str) -> tuple[list[float], str]:

@@ -15,9 +15,11 @@ import numpy as np
 
 from planarc.api.values import Value
 from planarc.core.diagnostic import usage_error
+from planarc.core.quantity import split
 from planarc.core.unknown import telling_keywords
 
 Point: TypeAlias = "Mapping[str, Value]"
+Range: TypeAlias = "tuple[float | str, float | str]"
 
 
 @telling_keywords
@@ -42,20 +44,17 @@ def grid(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
 
 
 @telling_keywords
-def random(
-    ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
-) -> list[dict[str, float]]:
+def random(ranges: Mapping[str, Range], count: int, seed: int = 0) -> list[dict[str, Any]]:
     """`count` points, independent and uniform within the ranges, the same for the same `seed`.
 
-    Raises UsageError: C237 for a range that is none, C238 for a count below 1.
+    A range is two numbers, or two texts of one unit as `("5cm", "9cm")`, of which the values are
+    texts, too. Raises UsageError: C237 for a range that is none, C238 for a count below 1.
     """
     return _scaled(ranges, np.random.default_rng(seed).random((_count(count), len(ranges))))
 
 
 @telling_keywords
-def latin_hypercube(
-    ranges: Mapping[str, tuple[float, float]], count: int, seed: int = 0
-) -> list[dict[str, float]]:
+def latin_hypercube(ranges: Mapping[str, Range], count: int, seed: int = 0) -> list[dict[str, Any]]:
     """`count` points, of which one lies in each of `count` slices of every range.
 
     They cover the ranges more evenly than independent ones. Raises UsageError as `random` does.
@@ -65,27 +64,41 @@ def latin_hypercube(
     return _scaled(ranges, qmc.LatinHypercube(len(ranges), rng=seed).random(_count(count)))
 
 
-def _scaled(ranges: Mapping[str, tuple[float, float]], unit: Any) -> list[dict[str, float]]:
+def _scaled(ranges: Mapping[str, Range], part: Any) -> list[dict[str, Any]]:
     bounds = [_range(name, given) for name, given in ranges.items()]
     return [
         {
-            name: low + (high - low) * float(u)
-            for name, (low, high), u in zip(ranges, bounds, row, strict=True)
+            name: _with_unit(low + (high - low) * float(u), unit)
+            for name, (low, high, unit), u in zip(ranges, bounds, row, strict=True)
         }
-        for row in unit
+        for row in part
     ]
 
 
-def _range(name: str, given: Any) -> tuple[float, float]:
+def _with_unit(value: float, unit: str) -> float | str:
+    return f"{value!r} {unit}" if unit else value
+
+
+def _range(name: str, given: Any) -> tuple[float, float, str]:
+    """The ends of a range, and the unit that both of them tell."""
     try:
-        low, high = (float(v) for v in given)
+        (low, unit), (high, other) = map(_number, given)
     except (TypeError, ValueError):
-        low = high = math.nan
+        low, high, unit, other = math.nan, math.nan, "", ""
+    if unit != other:
+        message = f"the ends of the range of `{name}` have several units: {given!r:.40}"
+        raise usage_error("C237", message, hint="give both of them in one unit")
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise usage_error(
             "C237", f"the range of `{name}` is two finite numbers, low and high: {given!r:.40}"
         )
-    return low, high
+    return low, high, unit
+
+
+def _number(given: Any) -> tuple[float, str]:
+    """A number and its unit, none where it is no text of a number with one. Raises ValueError."""
+    number, unit = (split(given) if isinstance(given, str) else None) or (given, "")
+    return float(number), unit
 
 
 def _count(count: int) -> int:

@@ -39,6 +39,14 @@ def test_linearize(capsys: pytest.CaptureFixture[str]) -> None:
     assert f"{mode['natural_frequency']:.6g}" in text
 
 
+def test_linearize_takes_a_time_with_a_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    found = [told(capsys, "linearize", FOUR_BAR, "--at", at) for at in ("500ms", "0.5")]
+    assert found[0] == found[1]
+    assert found[0]["time"] == 0.5
+    assert run(["linearize", FOUR_BAR, "--at", "5kg"]) == 2
+    assert "error[C115]: `at` takes a value in `s`, not `5kg`" in capsys.readouterr().err
+
+
 def test_linearize_tells_what_holds(capsys: pytest.CaptureFixture[str]) -> None:
     block = "PlanarMultiBody.Examples.Contacts.RockingBlock"
     assert "3 states; others are held by `contact` (point 2)\n" in said(capsys, "linearize", block)

@@ -235,6 +235,9 @@ WRONG: list[tuple[str, Callable[[Model], Any], str]] = [
     ("stop", lambda m: planarc.sweep(m, {"k": [1.0]}, stop_time="1"), "takes a number"),  # type: ignore[arg-type]
     ("tolerance", lambda m: planarc.sweep(m, {"k": [1.0]}, tolerance=2.0), "between"),
     ("range", lambda m: planarc.random({"k": (2, 1)}, 3), "low and high"),
+    ("units", lambda m: planarc.random({"k": ("1cm", "2m")}, 3), "several units"),
+    ("half a unit", lambda m: planarc.random({"k": (1, "2m")}, 3), "several units"),
+    ("no text", lambda m: planarc.random({"k": ("a", "b")}, 3), "two finite numbers"),
     ("count", lambda m: planarc.latin_hypercube({"k": (1, 2)}, 0), "above 0"),
 ]
 
@@ -255,6 +258,19 @@ def test_samples_are_repeated_by_their_seed_and_fill_the_ranges() -> None:
         assert all(-2 <= p["b"] <= 2 and 0 <= p["a"] <= 1 for p in points)
     slices = sorted(int(50 * p["a"]) for p in planarc.latin_hypercube(ranges, 50))
     assert slices == list(range(50))
+
+
+@pytest.mark.parametrize("sample", [planarc.random, planarc.latin_hypercube])
+def test_ranges_with_units_are_those_of_the_command_line(sample: Any) -> None:
+    model = planarc.load(
+        'model M parameter Real L(unit="m") = 1; parameter Real w(unit="1/s") = 1;'
+        " Real x(start=L*w, fixed=true); equation der(x) = 0; end M;"
+    )
+    told = sample({"L": ("5cm", "9cm"), "w": ("2 1/min", "3 1/min")}, 4, seed=1)
+    plain = sample({"L": (0.05, 0.09), "w": (2 / 60, 3 / 60)}, 4, seed=1)
+    studies = [planarc.sweep(model, points, "x", workers=1) for points in (told, plain)]
+    assert np.allclose(studies[0]["x"], studies[1]["x"], rtol=1e-14)
+    assert np.allclose(studies[0]["L"], [p["L"] for p in plain], rtol=1e-14)
 
 
 def test_the_table_goes_to_files_and_to_pandas(decay: Model, tmp_path: Path) -> None:

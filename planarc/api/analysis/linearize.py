@@ -34,6 +34,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.prose import counted
+from planarc.core.quantity import split
 from planarc.core.unknown import UnknownName, refuse_unknown
 from planarc.ir.result import Result as Rows
 from planarc.ir.result import StateChoice, Statistics
@@ -217,12 +218,12 @@ def linearize(
         point = open_point(model, options, inputs)
         settle_down(point)
         return at_point(point, names)
-    elif isinstance(at, str) and at != "start":
+    elif isinstance(at, str) and at != "start" and split(at) is None:
         message = f"there is no point to linearize at called `{at}`"
-        hint = "give `start`, `equilibrium` or a time in seconds"
+        hint = "give `start`, `equilibrium` or a time in seconds, or with a unit: `500ms`"
         raise UnknownName(Diagnostic("C201", message, hint=hint))
     elif at is not None and at != "start":
-        time = finite("at", at)
+        time = finite("at", at, "s")
     if time is not None and time < model.program.experiment.start:
         raise usage_error("C240", f"t = {time:g} s lies before the start of the run")
     options = replace(options, starts={**options.starts, **given})
