@@ -439,7 +439,7 @@ class Result:
             ("model", self.name),
             ("states", states or "none"),
             ("solver", f"{s.solver}, {s.backend} back end"),
-            ("steps", f"{s.steps}, events {s.events}"),
+            ("steps", s.effort),
         )
 
     def _repr_html_(self) -> str:

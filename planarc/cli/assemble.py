@@ -45,9 +45,12 @@ def tell_assemblies(
         listed = [{"start": dict(a.start), "distance": a.distance} for a in found]
         say_json({"model": model.name, "assemblies": listed})
         return 0
+    if not found:
+        console.say(f"{model.name} has no states: there is nothing to put together")
+        return 0
     ways = "one way" if len(found) == 1 else f"{len(found)} ways"
     console.say(f"{model.name} goes together in {ways}")
-    names = list(found[0].start) if found else []
+    names = list(found[0].start)
     head = ("start value", *(str(i) for i in range(1, len(found) + 1)))
     say_table(head, [(n, *(f"{a.start[n]:.8g}" for a in found)) for n in names])
     return 0

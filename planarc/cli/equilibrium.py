@@ -28,6 +28,9 @@ def equilibrium(
         told = {"stable": found.stable, "neutral": found.neutral}
         say_json({"model": model.name, **told, "start": found.start, "values": found.values})
         return 0
+    if not model.program.state_count:
+        console.say(f"{model.name} has no states: nothing in it comes to rest by itself")
+        return 0
     article = "an" if found.kind == "unstable" else "a"
     console.say(f"{model.name} rests in {article} {found.kind} equilibrium")
     say_table(("start value", ""), [(n, f"{v:.10g}") for n, v in found.start.items()])

@@ -26,7 +26,7 @@ def summary(
         ("states", states(moving_states(result))),
         ("start", start_values(result.held)),
         ("solver", solver(statistics.solver, statistics.backend, statistics.reason)),
-        ("steps", f"{statistics.steps}, events {statistics.events}"),
+        ("steps", statistics.effort),
         ("time", times(seconds, cached)),
         ("written", "\n".join(written)),
     ]
@@ -36,10 +36,12 @@ def summary(
 def details(result: Result) -> tuple[tuple[str, str], ...]:
     """The rows that `--verbose` adds: the integrator's work, and the events with their causes."""
     statistics = result.statistics
-    work = (
-        f"{statistics.rhs_calls} of the right-hand side, {statistics.jacobians} of its Jacobian, "
-        f"{counted(statistics.error_test_failures, 'step')} rejected"
-    )
+    work = ""
+    if statistics.steps is not None:
+        work = (
+            f"{statistics.rhs_calls} of the right-hand side, {statistics.jacobians} of its "
+            f"Jacobian, {counted(statistics.error_test_failures, 'step')} rejected"
+        )
     happened = [f"t = {e.time:.6g} s: {_names(e.causes)}" for e in result.events[:MOST_EVENTS]]
     if len(result.events) > MOST_EVENTS:
         happened.append(f"and {len(result.events) - MOST_EVENTS} more")

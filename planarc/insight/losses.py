@@ -38,7 +38,7 @@ _FEWEST, _STEPS, _SEVERAL = 1e-5, 3000, 10
 
 def judge_losses(result: Result, tolerance: float) -> Diagnostic | None:
     """The warning of a change of energy that no component declares."""
-    by_steps = result.statistics.steps * tolerance >= _LEAST_STEPS
+    by_steps = (result.statistics.steps or 0) * tolerance >= _LEAST_STEPS
     if result.ended is not None or not (by_steps or result.near_singular):
         return None
     if not any(d.kind == "energy" for d in result.program.declared):
@@ -74,7 +74,7 @@ def _at_dead_point(result: Result, energies: Energies, tolerance: float) -> Diag
 
     change = np.abs(energies.balance - energies.untold)
     most = float(change.max())
-    usual = _SEVERAL * max(result.statistics.steps, _STEPS) * tolerance
+    usual = _SEVERAL * max(result.statistics.steps or 0, _STEPS) * tolerance
     least = min(max(usual, _FEWEST), _NOTABLE) * energies.exchanged
     if not most > max(least, _CLEAR * _own(energies)):
         return None

@@ -37,7 +37,7 @@ _RESTS = 1e-12
 
 def judge_sparse(result: Result) -> Iterator[Diagnostic]:
     rows = len(result.time)
-    if rows < _ROWS or result.statistics.steps < _STEPS * rows:
+    if rows < _ROWS or (result.statistics.steps or 0) < _STEPS * rows:
         return
     import numpy as np
 

@@ -48,12 +48,17 @@ class Held(Data):
 class Statistics(Data):
     solver: str  # the one that ran, e.g. `cvode-bdf (native)`
     backend: str
-    steps: int = 0
+    steps: int | None = 0  # None where nobody counted them
     rhs_calls: int = 0
     jacobians: int = 0
     error_test_failures: int = 0
     events: int = 0
     reason: str = ""  # why this solver
+
+    @property
+    def effort(self) -> str:
+        """Steps and events, as a summary tells them."""
+        return f"{'not counted' if self.steps is None else self.steps}, events {self.events}"
 
 
 class Interrupted(Diagnostic):

@@ -61,6 +61,17 @@ def test_equilibrium(capsys: pytest.CaptureFixture[str]) -> None:
     assert f"{found['start']['revA.phi']:.7g}" in text
 
 
+def test_a_model_without_states_neither_rests_nor_is_put_together(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "ramp.pmo").write_text("model Ramp Real x = 2*time; end Ramp;", "utf-8")
+    for command, words in (
+        ("equilibrium", "Ramp has no states: nothing in it comes to rest by itself\n"),
+        ("assemble", "Ramp has no states: there is nothing to put together\n"),
+    ):
+        assert said(capsys, command, str(tmp_path / "ramp.pmo")) == words
+
+
 def test_assemble(capsys: pytest.CaptureFixture[str]) -> None:
     found = told(capsys, "assemble", FOUR_BAR, "--tries", "40")
     assert len(found["assemblies"]) == 2

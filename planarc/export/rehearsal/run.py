@@ -260,6 +260,7 @@ class _Run:
             statistics=Statistics(
                 solver=str(self._request.solver),
                 backend=str(Backend.NATIVE),
+                steps=None,
                 events=len(self._events),
                 reason="asked for; what FMUs and pages run",
             ),

@@ -174,6 +174,7 @@ def test_implicit_steps_lead_to_the_same() -> None:
     usual, here = both("four_bar", solver="exported-stiff", stop_time=1.0)
     np.testing.assert_allclose(here["revA.phi"], usual["revA.phi"], atol=1e-7)
     assert here.statistics.solver == "exported-stiff"
+    assert here.statistics.effort == "not counted, events 0"
 
 
 def test_another_start_keeps_the_assembly() -> None:
