@@ -142,11 +142,12 @@ class Walk:
                     yield from self._modification(element.modification, (element.base, ()))
                     yield from self._annotation(element.annotation)
                 case syntax.Component():
-                    if element.type is not last:
+                    clause = element.type is not last
+                    if clause:
                         last = element.type
                         yield from self._ref(element.type, {}, True)
                         yield from self._expressions(element.type_dimensions, {})
-                    yield from self._component(element)
+                    yield from self._component(element, clause=clause)
                 case syntax.ClassDef():
                     if self._near(element.span):
                         yield from self._class(element)
@@ -164,13 +165,16 @@ class Walk:
             parts = (body.external.result, *body.external.arguments)
             yield from self._expressions(tuple(p for p in parts if p is not None), {})
 
-    def _component(self, node: syntax.Component, redeclared: bool = False) -> Iterator[Mention]:
+    def _component(
+        self, node: syntax.Component, redeclared: bool = False, clause: bool = True
+    ) -> Iterator[Mention]:
+        """A component; with `clause` the first one of its clause, whose constraint all have."""
         if not redeclared:
             yield self._declared(node, node.name, _first(node.span, node.name))
         yield from self._expressions(node.dimensions, {})
         yield from self._modification(node.modification, (node.type, ()))
         yield from self._expressions(() if node.condition is None else (node.condition,), {})
-        yield from self._constraint(node.constraint)
+        yield from self._constraint(node.constraint if clause else None)
         yield from self._annotation(node.annotation)
 
     def _constraint(self, constraint: syntax.Constraint | None) -> Iterator[Mention]:

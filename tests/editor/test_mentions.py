@@ -141,6 +141,21 @@ def test_renaming_changes_each_place_of_a_name_and_nothing_else() -> None:
         assert [span.start for span in spans] == words(TEXT, name)
 
 
+def test_a_constraint_of_two_components_is_one_place() -> None:
+    content = """package P
+  model Base
+    parameter Real k = 1;
+  end Base;
+  model Pair
+    replaceable P.Base a, b constrainedby P.Base(k = 2);
+  end Pair;
+end P;
+"""
+    _, text = opened(content)
+    for name in ("P", "Base", "k"):
+        assert sorted(m.span.start for m in mentions_of(text, name)) == words(content, name)
+
+
 def test_within_is_a_place_of_its_package(tmp_path: Path) -> None:
     texts = Texts()
     text = texts.put(tmp_path / "Lib" / "Part.mo", PART)
