@@ -107,6 +107,9 @@ class Run(Begun):
 
     def _rescue(self, march: March) -> None:
         """The integrator failed: other states may help, else the run ends here."""
+        if self.integrator.trouble is not None:
+            self.ended = self.integrator.trouble
+            return
         t, y, block = self.integrator.t, self.integrator.y, self.kernel.failed_block
         if march.cause is Cause.POLE:  # rows behind it are none
             self.recorder.cut(int((self.recorder.rows()[0] <= t).sum()))

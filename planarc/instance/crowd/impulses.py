@@ -7,7 +7,7 @@
     px_recall(block, count)                  those of the step before, where contacts are the same
     px_keep_impulses(block, count)
 
-Reference: `solve.stepping.moreau`, `solve.stepping.impulses`.
+Reference: `solve.stepping.struck`, `solve.stepping.impulses`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from planarc.instance.crowd.layout import (
 )
 from planarc.instance.plan import Table
 from planarc.solve.stepping.impulses import MOST_SWEEPS
-from planarc.solve.stepping.moreau import LEFT, PARTS, ROUNDING, SLOW
+from planarc.solve.stepping.struck import LEFT, PARTS, ROUNDING, SLOW
 
 
 def impulse_functions() -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from planarc.ir.impact import KEPT
 from planarc.ir.kernel import Kernel, TouchMemory
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
+from planarc.solve.contact.pinched import find_pinched
 from planarc.solve.contact.pressed import solve_pressed
 from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
 from planarc.solve.contact.strike import STILL, strike
@@ -166,6 +167,8 @@ class Impacts:
         if (fixed := instant.fixed()) is not None:
             return [], messages.one_body(self._touches, fixed, t)
         x = instant.strike(self._first)
+        if x is None and (pinched := instant.pinched(instant.u)):
+            return [], messages.pinched(self._touches, pinched, t)
         if x is None or not instant.move(y, x):
             return [], messages.no_impact(self._touches, some.tolist(), before["mu"], t)
         free = response[1]
@@ -182,6 +185,8 @@ class Impacts:
         instant.press = partial(self._touches.pressed, t, y)
         low = self._first * self._low
         rest = instant.modes(free[instant.rows], low, self._first, self._falls, self._short)
+        if rest is None and (pinched := instant.pinched(free[instant.rows])):
+            return [], messages.pinched(self._touches, pinched, t)
         if rest is None:
             return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
         instant.stop(y)
@@ -254,6 +259,12 @@ class _Instant:
         """A touch at which a force moves nothing."""
         found = np.flatnonzero(~self._a[:, : self._k].any(axis=0))
         return int(self.some[found[0]]) if len(found) else None
+
+    def pinched(self, motion: Vector) -> list[int]:
+        """The touches that given motions press together, without room to yield."""
+        own = np.flatnonzero(~self._joints)
+        weights = find_pinched(self._a[:, own], motion[own])
+        return [] if weights is None else self.some[own[weights > 0]].tolist()
 
     def strike(self, first: Vector) -> Vector | None:
         """The impulses of an impact; `first` keeps the greatest speeds of approach."""

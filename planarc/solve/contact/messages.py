@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 FELT = 1e-12
 
 _CONTOURS = "PlanarMultiBody.Contacts."
+_YIELDS = (
+    "drive by a force or a torque, let the contact yield (`law=Compliant`), or end the motion "
+    "before"
+)
 _POINT = re.compile(r"(.*)\.\w+\[(\d+)\]$")
 
 
@@ -234,12 +238,30 @@ def one_body(touches: Points, i: int, t: float) -> Diagnostic:
         message = f"both contours of {name} are fixed to {met[0]}"
     elif isinstance(touches, Touches) and (given := _given(touches, i)):
         message = f"at t = {t:.6g} s the contours of {name} meet, and neither can yield: {given}"
-        hint = "drive by a force or a torque, let the contact yield (`law=Compliant`), or end the "
-        hint += "motion before"
+        hint = _YIELDS
     elif holder := _held_by(touches, i):
         message = f"{name} touches what `{holder}` holds there already"
         hint = f"leave `{holder}` out, or {name}"
     return _found(touches, i, "R481", message, hint)
+
+
+def pinched(touches: Touches, some: Sequence[int], t: float) -> Diagnostic:
+    """Of contacts between which motions that are given leave no room."""
+    if len(some) == 1:
+        return one_body(touches, some[0], t)
+    names = [named(touches, i) for i in some]
+    return without_room(touches, [touches.all[i].name for i in some], names, t)
+
+
+def without_room(
+    touches: Touches, components: Sequence[str], names: Sequence[str], t: float
+) -> Diagnostic:
+    """The same by the names of what meets; the first component is where that is told."""
+    given = next(filter(None, (_given_at(touches, c) for c in components)), "")
+    message = f"at t = {t:.6g} s {listed(names)} press against each other, and nothing can yield"
+    part = own_part(touches.program, components[0])
+    span = part.span if part else None
+    return Diagnostic("R481", f"{message}{given and ': '}{given}", span, hint=_YIELDS)
 
 
 def _held_by(touches: Points, i: int) -> str:
@@ -260,7 +282,10 @@ def _held_by(touches: Points, i: int) -> str:
 
 def _given(touches: Touches, i: int) -> str:
     """The speeds that drives give to the joints around a contact."""
-    component = touches.all[i].name
+    return _given_at(touches, touches.all[i].name)
+
+
+def _given_at(touches: Touches, component: str) -> str:
     while component:
         if joints := joints_of(touches.program, {component}):
             return given_of(touches.program, touches.kernel, joints, SPEEDS)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Protocol
 from msgspec.structs import replace
 
 from planarc.core.data import Data
+from planarc.core.diagnostic import Diagnostic
 from planarc.core.options import Solver
 from planarc.ir.kernel import Kernel
 from planarc.ir.march import POINTS, REACH
@@ -123,6 +124,8 @@ class Integrator(ABC):
     ends_evaluated = False
     #: Whether steps are as short as the tolerance asks; others may grow without a pole ahead.
     adapts = True
+    #: Why no further step is possible, where the steps themselves know it.
+    trouble: Diagnostic | None = None
     #: A row that lies so far behind a step's end is one at its end: times are rounded.
     slack = 0.0
 

@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from planarc.core.arrays import taken
-from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
@@ -40,40 +39,24 @@ from planarc.solve.solvers.integrator import Cause, March, Outcome, Settings
 from planarc.solve.solvers.poles import Poles
 from planarc.solve.solvers.stepping import Unsolved
 from planarc.solve.stepping.crowd import Crowd
-from planarc.solve.stepping.impulses import solve_impulses
 from planarc.solve.stepping.ports import Ports
-from planarc.solve.stepping.refusal import body, overlap, refuse_what_events_need
+from planarc.solve.stepping.refusal import (
+    body,
+    overlap,
+    refuse_what_events_need,
+    without_room,
+)
+from planarc.solve.stepping.struck import Contacts, Struck
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
     from planarc.core.arrays import Array, Vector
 
-#: Errors of velocities that the impulses may leave, as parts of what free motion adds in a step.
-LEFT = 1e-3
 #: Forces of which the mean velocities change less, as parts of what they add, are as before.
 SAME = 1e-9
 #: What is farther apart than this part of a radius, and does not approach, is far.
 FAR = 0.02
-#: Errors of sums, as parts of what is summed.
-ROUNDING = 1e-9
-#: Restitution is lowered to the first of these parts with which no energy is gained: Newton's law
-#: gives some where friction turns the slip round (T. R. Kane, 1984).
-PARTS = (1.0, 0.75, 0.5, 0.25, 0.0)
-#: Bounces of a speed below so many times what free motion gives in a step are none.
-SLOW = 2.0
-
-
-class Contacts(Data):
-    """Contacts by their keys, which rise, and by which they are known in the next step. Along its
-    normal and then along its slip, each moves with a row of `jacobian` times the velocities of
-    ports."""
-
-    key: Array
-    jacobian: csr_array
-    gap: Vector
-    e: Vector
-    mu: Vector
+#: Contacts without room are looked for again where some are so many times deeper.
+DEEPER = 2.0
 
 
 class _NoPoles(Poles):
@@ -106,6 +89,7 @@ class Moreau(FixedStep):
         self._known: tuple[Array, Vector] = (np.zeros(0, dtype=np.int64), np.zeros((0, 2)))
         self._middle: tuple[float, Vector] = (0.0, np.zeros(states))
         self._struck = np.zeros(states, dtype=bool)  # what contacts changed in the last step
+        self._deepest = 0.0  # where contacts without room were looked for in vain
 
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         self._origin, self._index = self._t, 0
@@ -169,7 +153,7 @@ class Moreau(FixedStep):
         self._evaluate(t, free)
         after = ports.velocity(w)
         contacts = self._find(h, before, after)
-        struck = _Struck(contacts, ports, t, free) if len(contacts.key) else None
+        struck = Struck(contacts, ports, t, free) if len(contacts.key) else None
         new = free if struck is None else struck.solve(h, before, after, free, self._known)
         mean = half.copy()
         mean[moving] = (y[moving] + new[moving]) / 2
@@ -186,11 +170,27 @@ class Moreau(FixedStep):
         end, way = new.copy(), new
         self._struck = new != free
         if struck is not None:
+            depth = float(struck.depths(h, before, struck.speeds).max())
+            self._refuse_pinched(depth, begin, h, half, (before, after))
             ports.push(struck.impulse / h)
             self._known = struck.known
             way = struck.cleared(h, new)
         end[self._places] = half[self._places] + h / 2 * self._speed(t, way)
         return end
+
+    def _refuse_pinched(
+        self, depth: float, t: float, h: float, half: Vector, speeds: tuple[Vector, Vector]
+    ) -> None:
+        """Ends the run (R481) where contacts are deeper than they come in a step, and the reason is
+        that motions that are given leave no room between them and those nearby."""
+        if depth <= DEEPER * self._deepest:
+            return
+        self._deepest = depth
+        self._evaluate(t + h / 2, half)
+        near = Struck(self._find(h, *speeds, 2 * depth), self._ports, t + h / 2, half)
+        if len(found := near.pinched(h, *speeds)):
+            self.trouble = without_room(self._ports, self._crowds, self._first_keys, found, t)
+            raise Unsolved(1)
 
     def _evaluate(self, t: float, y: Vector) -> None:
         self._calls += 1
@@ -206,13 +206,14 @@ class Moreau(FixedStep):
         found: Vector = taken(self._kernel.w, self._rates)[self._places]
         return found
 
-    def _find(self, h: float, before: Vector, after: Vector) -> Contacts:
-        """All contacts that are closed, or may close within the step, at the place evaluated."""
+    def _find(self, h: float, before: Vector, after: Vector, wider: float = 0.0) -> Contacts:
+        """All contacts that are closed, or may close within the step, at the place evaluated, and
+        those that are less than `wider` farther apart."""
         from scipy.sparse import csr_array
 
-        found = [self._touching(h, before, after)]
+        found = [self._touching(h, before, after, wider)]
         for number, crowd in enumerate(self._crowds):
-            found.append(self._meeting(h, before, after, self._first_keys[number], crowd))
+            found.append(self._meeting(h, before, after, wider, self._first_keys[number], crowd))
         key, ports, along, across, gap, e, mu = (
             np.concatenate(parts) for parts in zip(*found, strict=True)
         )
@@ -224,13 +225,13 @@ class Moreau(FixedStep):
         )
         return Contacts(key, jacobian, gap, e, mu)
 
-    def _touching(self, h: float, before: Vector, after: Vector) -> tuple[Array, ...]:
+    def _touching(self, h: float, before: Vector, after: Vector, wider: float) -> tuple[Array, ...]:
         touches = self._ports.touches
         gap = touches.get("gap")
         n = len(gap)
         speeds = np.minimum(np.minimum(before, after)[: 2 * n : 2], 0.0)
         most = float(np.abs([before[: 2 * n], after[: 2 * n]]).max(initial=0.0))
-        near = np.flatnonzero(gap + h * speeds < FAR * h * most)
+        near = np.flatnonzero(gap + h * speeds < FAR * h * most + wider)
         k = len(near)
         ports, along, across = np.zeros((k, 6), dtype=np.int64), np.zeros((k, 6)), np.zeros((k, 6))
         ports[:] = 2 * near[:, None]
@@ -240,11 +241,11 @@ class Moreau(FixedStep):
         return near, ports, along, across, gap[near], e[near], mu[near]
 
     def _meeting(
-        self, h: float, before: Vector, after: Vector, first_key: int, crowd: Crowd
+        self, h: float, before: Vector, after: Vector, wider: float, first_key: int, crowd: Crowd
     ) -> tuple[Array, ...]:
         speed = np.abs([before, after])[:, crowd.port[:, None] + np.arange(3)].max(axis=(0, 1))
         crowd.begin()
-        far = FAR * float(crowd.radius[crowd.radius > 0].min())
+        far = FAR * float(crowd.radius[crowd.radius > 0].min()) + wider
         fastest = math.sqrt(speed[0] * speed[0] + speed[1] * speed[1])
         reach = far + 2 * h * float(fastest + speed[2] * crowd.bound.max())
         m = crowd.find(reach)
@@ -291,67 +292,3 @@ def _sums(rows: Vector) -> Vector:
     """The sum of each row, from its begin on."""
     found: Vector = np.cumsum(rows, axis=1)[:, -1]
     return found
-
-
-class _Struck:
-    """The contacts of one step, with their matrices, and what they do to velocities."""
-
-    def __init__(self, contacts: Contacts, ports: Ports, t: float, y: Vector) -> None:
-        self._contacts = contacts
-        active = np.zeros(ports.count, dtype=bool)
-        active[contacts.jacobian.indices] = True
-        found = ports.respond(t, y, active & (ports.groups >= 0))
-        if found is None:
-            raise Unsolved(1)
-        self._states = found.states
-        self._to_ports = contacts.jacobian.T.tocsr()
-        self._a = contacts.jacobian @ (found.velocity @ self._to_ports)
-        self._a.sort_indices()  # the order of sums, which sweeps of exported models have too
-        self.impulse = np.zeros(ports.count)
-        self.known: tuple[Array, Vector] = (contacts.key, np.zeros((0, 2)))
-        machine = ports.kernel.capabilities.machine
-        self._sweep = None if machine is None else machine.sweep
-
-    def solve(
-        self, h: float, before: Vector, after: Vector, free: Vector, known: tuple[Array, Vector]
-    ) -> Vector:
-        """The states after the impulses; `known` are those of the step before."""
-        c = self._contacts
-        u, moved = c.jacobian @ before, c.jacobian @ after
-        gained = float(np.abs(moved - u).max())
-        v = u[::2]
-        least = np.minimum(-2 / h * c.gap, 0.0)
-        bounces = (v < -SLOW * gained) & (c.gap + h / 2 * moved[::2] < 0)
-        self._left = LEFT * gained + 1e-12 * float(np.abs(moved).max())
-        x = np.zeros(len(moved))
-        keys, values = known
-        if len(keys):
-            at = np.minimum(np.searchsorted(keys, c.key), len(keys) - 1)
-            x = (values[at] * (keys[at] == c.key)[:, None]).ravel()
-        diagonal = self._a.diagonal()[::2]
-        resting = float((1 / diagonal[diagonal > 0]).sum())
-        for part in PARTS:
-            rest = moved.copy()
-            rest[::2] -= np.where(bounces, np.maximum(least, -part * c.e * v), least)
-            x = solve_impulses(self._a, rest, c.mu, x, self._left, self._sweep)
-            self._u = self._a @ x + moved
-            lost = float(np.abs(x * (u + self._u)).sum()) * ROUNDING + gained**2 * resting
-            if x @ (u + self._u) <= lost:
-                break  # the work of the impulses is none, but for what a step gains and loses
-        self.known = c.key, x.reshape(-1, 2)
-        self.impulse = self._to_ports @ x
-        found: Vector = free + self._states @ self.impulse
-        return found
-
-    def cleared(self, h: float, new: Vector) -> Vector:
-        """The velocities with which no gap is negative at the end of the step: what came too far
-        in its first half goes back by as much, as if it moved, but gets no speed of it."""
-        c = self._contacts
-        rest = self._u.copy()
-        rest[::2] += 2 / h * c.gap
-        if rest[::2].min() >= -2 * self._left:
-            return new
-        x = np.zeros(len(rest))
-        x = solve_impulses(self._a, rest, np.zeros(len(c.gap)), x, self._left, self._sweep)
-        found: Vector = new + self._states @ (self._to_ports @ x)
-        return found

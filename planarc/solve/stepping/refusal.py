@@ -1,7 +1,8 @@
-"""What cannot be stepped, and starts with bodies in each other, in words."""
+"""What cannot be stepped, bodies that start in each other, and those without room, in words."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 from planarc.core.diagnostic import Diagnostic, UsageError, error, usage_error
@@ -10,6 +11,7 @@ from planarc.ir.expr import Expr
 from planarc.ir.places import own_part
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
+from planarc.solve.stepping.crowd import Crowd
 from planarc.solve.stepping.ports import Ports
 
 #: The law that is a stiff spring, to be followed by an integrator.
@@ -52,6 +54,29 @@ def overlap(
     part = own_part(program, crowd)
     message, span = f"{told} in `{crowd}` at t = {t:.6g} s", part.span if part else None
     return Diagnostic("R480", message, span, hint="start the bodies apart, or where they touch")
+
+
+def without_room(
+    ports: Ports, crowds: Sequence[Crowd], first: Sequence[int], keys: Sequence[int], t: float
+) -> Diagnostic:
+    """R481 for contacts by their keys: those of touches are their numbers, those of a crowd, which
+    begin at `first`, tell two of its members."""
+    touches = ports.touches
+    if keys[-1] < first[0]:
+        return messages.pinched(touches, keys, t)
+    components, names = [], []
+    for key in keys:
+        number = bisect_right(first, key) - 1
+        if number < 0:
+            components.append(touches.all[key].name)
+            names.append(messages.named(touches, key))
+            continue
+        members = crowds[number].members
+        pair = divmod((key - first[number]) // 2, len(members))
+        met = " and ".join(body(members[m].read["x"]) for m in pair)
+        components.append(members[0].crowd)
+        names.append(f"`{members[0].crowd}` ({met})")
+    return messages.without_room(touches, components, names, t)
 
 
 def body(x: Expr) -> str:
