@@ -6,6 +6,7 @@ Out:  warnings, in the order in which they are told
     attachment    parts that float, and frames that are not connected
     open_ends     joints, rods and contacts with an end that is open
     massless      drives with nothing to move
+    mounted       drives whose torque reacts twice
     copied        connections that were copied, of which not all was changed
     slipping      driven wheels without friction
     doubled       contacts that are twice there
@@ -35,6 +36,7 @@ from planarc.insight.doubled import doubled_contacts
 from planarc.insight.hung import loads_on_axes, loads_on_ground
 from planarc.insight.idle import idle_between_flanges
 from planarc.insight.massless import idle_drives, stopped_alone
+from planarc.insight.mounted import twice_reacting_drives
 from planarc.insight.open_ends import bare_contacts, bare_joints, bare_rods
 from planarc.insight.proportions import odd_proportions
 from planarc.insight.repelling import repelling_laws
@@ -70,6 +72,7 @@ def find_suspicions(
             dae, mechanism, rigid_triangles, bare_rods, loads_on_ground, loads_on_axes
         )
     doubts = doubts or _first(dae, mechanism, unguided_followers, unsprung_bodies)
+    doubts = (*doubts, *twice_reacting_drives(dae, mechanism))
     if not (found or drives or doubts or told):
         doubts = tuple(independent_mechanisms(dae, mechanism))
     return (*found, *drives, *doubts, *told)
