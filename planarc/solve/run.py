@@ -301,11 +301,18 @@ class Run(Begun):
             return
         self.warnings += self._passed.judge(self.integrator.t, self.integrator.y)
         self.warnings += self._already.judge()
+        self._judge_shares()
         if self.events.finish():  # nothing comes after it
             t, y = self.integrator.t, self.integrator.y
             done = self.events.process(t, y, {}, (), self.states.slots(), ahead=False)
             self._note(done.ended, done.warnings)
             self._row_where_new(t, done.y)
+
+    def _judge_shares(self) -> None:
+        """Note contacts at rest whose forces are not determined."""
+        t, y = self.integrator.t, self.integrator.y
+        if self.events.touches and self.kernel.outputs(t, y) == 0:
+            self.warnings += self.events.judge_shares(t, y, self.states.slots())
 
     def _warn_of_poles(self, times: Vector, data: Vector) -> None:
         from planarc.solve.messages.poles import stepped_over

@@ -30,6 +30,7 @@ from planarc.solve.contact import messages
 from planarc.solve.contact.pinched import find_pinched
 from planarc.solve.contact.pressed import solve_pressed
 from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
+from planarc.solve.contact.shares import judge_shares
 from planarc.solve.contact.strike import STILL, strike
 from planarc.solve.contact.touches import TOLD, Response, Touches
 
@@ -115,6 +116,12 @@ class Impacts:
             before, after = (dict(zip(TOLD, half, strict=True)) for half in (rows[::2], rows[1::2]))
             found += messages.told(self._touches, before, after)
         return found
+
+    def judge_shares(
+        self, t: float, y: Sequence[float], states: Mapping[int, int]
+    ) -> Diagnostic | None:
+        """A note of forces at the end of a run that are not determined."""
+        return judge_shares(self._touches, t, y, states)
 
     def resolve(
         self, t: float, y: list[float], states: Mapping[int, int]

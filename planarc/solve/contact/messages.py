@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Diagnostic
+from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.prose import listed
 from planarc.ir.mechanism import GROUND, SPEEDS
 from planarc.ir.places import own_part
@@ -41,6 +41,13 @@ def named(touches: Points, i: int) -> str:
         return f"`{name}`"
     several = sum(t.name.startswith(f"{found[1]}.") for t in touches.all) > 1
     return f"`{found[1]}`" + f" (point {found[2]})" * several
+
+
+def contact_of(touches: Points, i: int) -> str:
+    """The component of a touch, all points of which it stands for."""
+    name = _touching(touches, i)
+    found = _POINT.match(name)
+    return found[1] if found else name
 
 
 def between(touches: Points, i: int) -> str:
@@ -227,6 +234,17 @@ def begun_wrong(touches: Points, t: float) -> Diagnostic | None:
     alone = fixed_together(touches.program, dict.fromkeys(owners.values()))
     found = next((n for n, owner in owners.items() if owner == alone), None)
     return None if found is None or touches.bound[found] else one_body(touches, found, t)
+
+
+def shared(touches: Points, some: Sequence[int], t: float) -> Diagnostic:
+    """A note of touches at rest, of which fewer contacts could carry the same."""
+    names = dict.fromkeys(f"`{contact_of(touches, i)}`" for i in some)
+    message = (
+        f"{listed(list(names))} carry at t = {t:.6g} s what fewer of them could: how they share it "
+        "is not determined, and one of all ways is given"
+    )
+    hint = "let them yield (`law=Compliant`), if that is to be known"
+    return replace(_found(touches, some[0], "R416", message, hint), severity=Severity.NOTE)
 
 
 def one_body(touches: Points, i: int, t: float) -> Diagnostic:

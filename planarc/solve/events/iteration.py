@@ -27,7 +27,7 @@ from functools import cached_property
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from planarc.core.diagnostic import PlanarcError
+from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.ir.dae import INITIAL, LARGEST_INTEGER, LEFT, TERMINAL, Kind
 from planarc.ir.expr import Expr
 from planarc.ir.kernel import Copier, Kernel, Reactions, copier
@@ -317,6 +317,13 @@ class Events:
         """The part of the tolerance with which the run goes on: low bounces ask for less."""
         impacts = self._whens.impacts if self.present else None
         return 1.0 if impacts is None else impacts.sharpness
+
+    def judge_shares(
+        self, t: float, y: Sequence[float], states: Mapping[int, int]
+    ) -> list[Diagnostic]:
+        impacts = self._whens.impacts
+        found = None if impacts is None else impacts.judge_shares(t, y, states)
+        return [] if found is None else [found]
 
     def others(
         self, causes: Sequence[str], owners: Sequence[str]
