@@ -19,7 +19,7 @@ from typing import Any
 
 from planarc.codegen.native.assembly import SELDOM
 from planarc.codegen.native.machine import emit_object, optimised
-from planarc.codegen.native.options import IN_REGISTERS, options
+from planarc.codegen.native.options import QUICK, options
 from planarc.core.data import Data
 from planarc.instance.block import LARGER
 
@@ -81,15 +81,8 @@ _OPTIONS = (
     ("disable-block-placement", 1, 0),
     ("grow-region-complexity-budget", 0, 10000),
 )
-#: The same of the quickest way: it chooses instructions on ARM as elsewhere, schedules nothing, and
-#: keeps values in registers, which it gives out in the order of the text.
-_QUICK = (
-    ("enable-misched", 0, 1),
-    ("aarch64-enable-global-isel-at-O", -1, 0),
-    ("grow-region-complexity-budget", 0, 10000),
-    IN_REGISTERS,
-    ("regalloc-enable-priority-advisor", "dummy", "default"),
-)
+#: The same of the quickest way, which gives out registers in the order of the text.
+_QUICK = (*QUICK, ("regalloc-enable-priority-advisor", "dummy", "default"))
 #: What names of planarc's own functions begin with.
 _OURS = ("pc_", "px_")
 

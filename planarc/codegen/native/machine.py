@@ -7,19 +7,18 @@ where it has events, each behind its length (8 bytes).
 Measured on a four-bar: LLVM's whole pipeline takes 220 ms for the runtime and 17 ms for
 the model; registers instead of stack places, tidied branches and rotated loops 37 ms
 and 10 ms, for the same speed. The model's text has no common subexpressions left and
-gets no passes at all. LLVM's quickest way of choosing instructions gives code a tenth
-slower in half the time, and for a chain of 80 rods in a sixteenth of it. What runs once a
-row or less is always made in that way: 9 of 26 ms less for a four-bar, of equal speed.
+gets no passes at all, and is made in LLVM's quickest way, but for its registers: 11 ms instead
+of 27 for a four-bar, and runs up to a tenth slower. With values in memory that takes 7 ms, and
+runs up to two thirds slower; for a chain of 80 rods it takes 30 ms instead of 180.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Container, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from planarc.codegen.native.options import IN_MEMORY, options
+from planarc.codegen.native.options import IN_MEMORY, QUICK, Option, are_known, options
 from planarc.codegen.native.printer import ir, slopes_ir
 from planarc.codegen.native.processor import fuses, key, target_machine
 from planarc.codegen.native.waves import waves_text
@@ -31,10 +30,8 @@ if TYPE_CHECKING:
     from planarc.ir.derivatives import Scope
     from planarc.ir.program import Program
 
-#: Lines of LLVM above which a program is compiled in the quickest way.
-LARGEST_OPTIMISED = 3000
-#: The functions that run once a row or less.
-_SELDOM = re.compile(r"^(define i32 @pc_(?:parameters|rest|initial)\([^)]*\))", re.MULTILINE)
+#: Lines of LLVM above which a program's values are kept in memory.
+LARGEST_IN_REGISTERS = 3000
 _TIDIED = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simplify_cfg")
 
 
@@ -67,9 +64,13 @@ def _joined(*objects: bytes) -> bytes:
 
 def _own(text: str) -> bytes:
     """A model whose values or comments alone were changed has the text that it had."""
-    level = 1 if text.count("\n") <= LARGEST_OPTIMISED else 0
-    text = _SELDOM.sub(r"\1 noinline optnone", text)
-    return _kept((str(level), text), lambda: _compiled(text, level))
+    quick = QUICK if text.count("\n") <= LARGEST_IN_REGISTERS else (IN_MEMORY,)
+
+    def make() -> bytes:
+        # Without its options the quickest way keeps values in memory.
+        return _compiled(text, 1 if quick is QUICK and not are_known() else 0, quick=quick)
+
+    return _kept((text,), make)
 
 
 def _events(events: Events) -> Iterator[bytes]:
@@ -112,9 +113,11 @@ def _kept(what: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
     return known
 
 
-def _compiled(text: str, level: int, passes: Sequence[str] = ()) -> bytes:
+def _compiled(
+    text: str, level: int, passes: Sequence[str] = (), quick: Sequence[Option] = (IN_MEMORY,)
+) -> bytes:
     machine = target_machine(level)
-    with options(*(() if level else (IN_MEMORY,))):
+    with options(*(() if level else quick)):
         return emit_object(text, machine, ("pc_", "px_") if PLACES else (), passes)
 
 

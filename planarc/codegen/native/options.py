@@ -19,19 +19,33 @@ Option = tuple[str, int | str, int | str]
 _REGISTERS = "optimize-regalloc"
 IN_REGISTERS: Option = (_REGISTERS, 1, 1)
 IN_MEMORY: Option = (_REGISTERS, 0, 1)
+#: Of its quickest way in registers: nothing is scheduled, and no values are split to stay in them.
+QUICK: tuple[Option, ...] = (
+    IN_REGISTERS,
+    ("enable-misched", 0, 1),
+    ("grow-region-complexity-budget", 0, 10000),
+    ("aarch64-enable-global-isel-at-O", -1, 0),  # it chooses instructions on ARM as elsewhere
+)
 #: Versions of LLVM that are known to have the options that planarc sets.
 _TRIED = range(20, 23)
 _LOCK = Lock()
 
 
+def are_known() -> bool:
+    """Whether this process has an LLVM that was tried with them."""
+    import llvmlite.binding as llvm
+
+    return llvm.llvm_version_info[0] in _TRIED
+
+
 @contextmanager
 def options(*wanted: Option) -> Iterator[None]:
     """Code is made with these meanwhile."""
-    import llvmlite.binding as llvm
-
-    if llvm.llvm_version_info[0] not in _TRIED:
+    if not are_known():
         yield
         return
+    import llvmlite.binding as llvm
+
     with _LOCK:
         for name, here, _ in wanted:
             llvm.set_option("", f"-{name}={here}")

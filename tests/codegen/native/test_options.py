@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import llvmlite.binding as llvm
 import pytest
 
-from planarc.codegen.native import options
+from planarc.codegen.native import machine, options
 
 
 @pytest.fixture
@@ -37,3 +39,21 @@ def test_they_are_set_back_also_where_code_cannot_be_made(
     assert told[2:] == ["-a=0", "-b=other"]
     with options.options(options.IN_MEMORY):  # the next one is not held up
         pass
+
+
+@pytest.mark.parametrize("known", (True, False))
+def test_small_programs_run_from_registers(known: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An LLVM that is not asked for them keeps to them at its next level only."""
+    made: list[tuple[int, bool]] = []
+
+    def compiled(text: str, level: int, *, quick: Sequence[options.Option] = ()) -> bytes:
+        made.append((level, options.IN_REGISTERS in quick))
+        return b""
+
+    monkeypatch.setattr(machine, "_compiled", compiled)
+    monkeypatch.setattr(machine, "_kept", lambda what, make: make())
+    major = options._TRIED.stop - known
+    monkeypatch.setattr(llvm, "llvm_version_info", (major, 0, 0))
+    for lines in (10, machine.LARGEST_IN_REGISTERS + 1):
+        machine._own("\n" * lines)
+    assert made == [(0 if known else 1, True), (0, False)]
