@@ -129,3 +129,5 @@ def test_stored_program_is_the_same_program(four_bar: SortedDae) -> None:
     again = loads(dumps(program, program.table))
     check(again)
     assert source(again) == source(program)
+    for name in set(program.__struct_fields__) - {"table"}:
+        assert repr(getattr(again, name)) == repr(getattr(program, name)), name

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
+from planarc.core.source import NOWHERE
 from planarc.ir.expr import Exprs, Op, postorder, text
+from planarc.ir.program import EquationInfo, Let, Program, Solve
 from planarc.ir.store import dumps, loads
 
 
@@ -54,3 +58,24 @@ def test_order_of_numbers_is_kept() -> None:
         t.symbol(name)
     read = loads(dumps([t.symbol(name) for name in reversed(names)], t))
     assert [e.name for e in sorted(read)] == names
+
+
+def test_what_a_program_has_many_of_is_read_as_it_was() -> None:
+    """Also where it is not of one kind, or of one length."""
+    t = Exprs()
+    x, y = t.symbol("x"), t.symbol("y")
+    for statements in (
+        (Let(x, y), Let(y, x, 3)),
+        (Let(x, y), Solve(2)),
+        (Solve(1), Solve(2)),
+        (),
+    ):
+        program = Program("p", t, 2, {}, *((),) * 10, statements, *((),) * 7)
+        for equations in (
+            (EquationInfo("x = y", NOWHERE, "a"), EquationInfo((x, y), NOWHERE, "b")),
+            (EquationInfo((y, x), NOWHERE, "a", ("x > 0",)),),
+        ):
+            written = replace(program, equations=equations, turning=((1, x), (2, y)))
+            read = loads(dumps(written, t))
+            assert repr((read.parameters, read.equations)) == repr((statements, equations))
+            assert repr(read.turning) == repr(written.turning)
