@@ -14,7 +14,7 @@ Example: `motor.f = k*(rail.s - s_ref) - d*rail.v;`, where `s_ref - rail.s` was 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from planarc.core.data import Data
 from planarc.core.diagnostic import Repelling, Severity
@@ -46,7 +46,10 @@ class _Shaft(Data):
 
 def repelling_laws(dae: Dae) -> Iterator[Repelling]:
     classes = {p.name: p.class_name for p in dae.parts}
-    laws = [(e, name) for e in dae.equations if (name := _acting(dae, e, classes))]
+    acting = {
+        f"{part}.{i}" for part, of in classes.items() for c, i in _ACTING.items() if of.endswith(c)
+    }
+    laws = [(e, n) for e in dae.equations if acting and (n := _acting(dae, e, acting))]
     if not laws:
         return
     given = {e.left.name: e for e in dae.equations if _is_given(dae, e)}
@@ -75,13 +78,10 @@ def repelling_laws(dae: Dae) -> Iterator[Repelling]:
                 )
 
 
-def _acting(dae: Dae, e: Equation, classes: Mapping[str, str]) -> str:
+def _acting(dae: Dae, e: Equation, inputs: Collection[str]) -> str:
     """The input of a force or torque to which an equation of the user's gives a value, or ""."""
     for side in () if e.generated else (e.left, e.right):
-        part, _, last = side.name.rpartition(".") if side.is_symbol else ("", "", "")
-        if last not in _ACTING.values() or not is_own(dae, e.span):
-            continue
-        if any(classes.get(part, "").endswith(c) and last == i for c, i in _ACTING.items()):
+        if side.is_symbol and side.name in inputs and is_own(dae, e.span):
             return side.name
     return ""
 
