@@ -74,7 +74,7 @@ def _with_parts(source: str, name: str) -> str:
 def _stores(whole: str, slot: int) -> str:
     """The instructions to the first store into a slot of the workspace, from the store before."""
     lines = whole.splitlines()
-    place = next(i for i, line in enumerate(lines) if line.endswith(f"ptr %v2, i64 {slot}"))
+    place = next(i for i, line in enumerate(lines) if line.endswith(f"ptr %2, i64 {slot}"))
     begin = 1 + max(i for i, line in enumerate(lines[:place]) if line.strip().startswith("store"))
     return "\n".join(line.strip() for line in lines[begin : place + 2])
 

@@ -89,7 +89,7 @@ def _function(head: str, rows: Iterator[str], told: str) -> Function:
     )
     lines: list[Line] = []
     for row in rows:
-        text = row.strip()
+        text = re.sub(r"%(?=\d)", "%v", row.strip())  # C's names begin with letters
         if text == "}":
             break
         if text.endswith(":"):

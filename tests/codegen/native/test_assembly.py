@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -52,6 +53,14 @@ def _steps(c: Code, most: Value) -> None:
 @pytest.mark.parametrize(("most", "wanted"), [(-1.0, 0), (0.0, 1), (50.0, 8), (1e9, 99)])
 def test_a_loop_is_left_where_a_condition_holds(most: float, wanted: int) -> None:
     assert called(_steps(), "pc_steps", ctypes.c_int64, ctypes.c_double)(most) == wanted
+
+
+def test_values_are_numbered_in_the_order_of_their_lines() -> None:
+    """Places and variables, which stand elsewhere than they are used, have names."""
+    for text in (_steps(), _subtract()):
+        numbers = [int(n) for n in re.findall(r"%(\d+) = ", text)]
+        assert numbers and numbers == sorted(numbers)
+        assert all(" = alloca " in line for line in re.findall(r"%v.* = .*", text))
 
 
 @function("double pc_formula(double x, double y)")
