@@ -24,8 +24,8 @@ PAGES = (".html", ".htm")
 
 #: The beginnings of planarc's own files, within their first few lines.
 _OWN = {
-    ".csv": re.compile(r'\A"time(?: \[s\])?"[,\r\n]'),
-    ".html": re.compile(r'<meta name="generator" content="planarc\b'),
+    ".csv": r'\A"time(?: \[s\])?"[,\r\n]',
+    ".html": r'<meta name="generator" content="planarc\b',
 }
 _HEAD = 4096  # characters in which the mark must stand
 
@@ -147,7 +147,7 @@ def _is_own(path: Path) -> bool:
             head = file.read(_HEAD)
     except OSError:
         return False
-    return not head or bool(_OWN[path.suffix].search(head))
+    return not head or bool(re.search(_OWN[path.suffix], head))
 
 
 def save(path: Path, write: Callable[[Path], object]) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _WORDS = {"true": True, "false": False}
 _START = ".start"
-_LITERAL = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*")
+_LITERAL = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*"
 
 #: A number, a text that is a literal's name or a number with a unit, or a list of them.
 Given: TypeAlias = "float | str | list[Given]"
@@ -117,7 +117,7 @@ def _value(name: str, text: str) -> Given:
     except ValueError:
         from planarc.core.quantity import split
 
-        if _LITERAL.fullmatch(text) or split(text) is not None:
+        if re.fullmatch(_LITERAL, text) or split(text) is not None:
             return text
         if text.startswith("{"):  # a shell has taken it apart
             raise usage_error(

@@ -9,7 +9,6 @@ candidates, discrete variables but texts, inputs, parameters and constants.
 
 from __future__ import annotations
 
-from planarc.codegen.held import Held
 from planarc.codegen.sections import Sections
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import Span
@@ -240,6 +239,8 @@ class Tables:
         found, dae = [], self._dae
         if not dae.delays:
             return ()
+        from planarc.codegen.held import Held
+
         parameters = {p.name for p in dae.parameters}
         held = Held(self._sorted)
         for d in dae.delays:

@@ -21,9 +21,9 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 from zlib import crc32
 
+from planarc.core.data import Data
 from planarc.core.digest import blake2b
 from planarc.core.version import __version__
 
@@ -44,7 +44,7 @@ _LOOK_SHARE = 100
 _CODE_BYTES = 16
 
 
-class Opened(NamedTuple):
+class Opened(Data):
     """The folder, where it can be used, and the user's secret; or why not."""
 
     root: Path | None = None

@@ -7,10 +7,9 @@ once, for what never comes back.
 
 from __future__ import annotations
 
-import threading
-
 # Beneath the module `signal`, which looks for names of numbers and handlers, for 20 us a run.
 from _signal import SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]
+from contextlib import suppress
 from types import FrameType
 
 
@@ -26,10 +25,10 @@ class Interruption:
         self._installed = False
 
     def __enter__(self) -> Interruption:
-        here = threading.current_thread() is threading.main_thread()
-        if here and getsignal(SIGINT) is default_int_handler:
-            signal(SIGINT, self._take)
-            self._installed = True
+        if getsignal(SIGINT) is default_int_handler:
+            with suppress(ValueError):  # in another thread
+                signal(SIGINT, self._take)
+                self._installed = True
         return self
 
     def _take(self, number: int, frame: FrameType | None) -> None:

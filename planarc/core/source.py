@@ -127,7 +127,7 @@ def model_files(folder: Path, below: bool = False) -> list[Path]:
 def decode(data: bytes) -> str:
     """Bytes of a model file as text: UTF-8 with or without mark, else Latin-1."""
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode("utf-8").removeprefix("\ufeff")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     return text.replace("\r\n", "\n")

@@ -142,7 +142,8 @@ class End(Enum):
 
 def _connectors(target: Target) -> Iterator[End]:
     """The kinds of a class's own public connectors, to which its user connects."""
-    from planarc.flatten.pipeline import LENIENT, open_session
+    from planarc.editor.view import LENIENT
+    from planarc.flatten.pipeline import open_session
     from planarc.flatten.tree import lookup
     from planarc.flatten.tree.nodes import CONNECTOR_KINDS
     from planarc.flatten.tree.sight import open_class, opened, scope_of

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 from functools import cached_property
 
+from msgspec.structs import replace
+
 from planarc.core.diagnostic import PlanarcError
 from planarc.editor.shelf import Shelf
 from planarc.editor.texts import Text
 from planarc.flatten.library.library import Library
-from planarc.flatten.pipeline import LENIENT, open_session
+from planarc.flatten.pipeline import MAKERS, open_session
 from planarc.flatten.tree import sight
 from planarc.flatten.tree.nodes import Class, Scope, Session
+
+#: The passes for whoever looks at texts that may be wrong.
+LENIENT = replace(MAKERS, layout=sight.lenient_layout)
 
 
 class View:

@@ -73,7 +73,6 @@ from planarc.flatten.tree.nodes import (
     Session,
 )
 from planarc.flatten.tree.redeclare import make_class
-from planarc.flatten.tree.sight import lenient_layout
 from planarc.flatten.typing.expressions import type_expression
 from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
@@ -96,8 +95,6 @@ MAKERS = Makers(
     call=type_call,
     function=find_function,
 )
-#: The passes for whoever looks at texts that may be wrong.
-LENIENT = replace(MAKERS, layout=lenient_layout)
 
 
 def flatten(

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Ends pass through each other where the way between two rows leads past zero within this part of
 #: it, and is that of the rows before, to this part.
 _NEAR, _STRAIGHT = 0.02, 0.5
-_MEANT = re.compile(r"\bs_unstretched\s*=\s*0(\.0*)?\s*[,)]")
+_MEANT = r"\bs_unstretched\s*=\s*0(\.0*)?\s*[,)]"
 
 
 def judge_passing(result: Result) -> Iterator[Diagnostic]:
@@ -38,7 +38,7 @@ def judge_passing(result: Result) -> Iterator[Diagnostic]:
         return
     for component, d in lines:
         part = own_part(result.program, component)
-        if part is None or _MEANT.search(part.span.text):
+        if part is None or re.search(_MEANT, part.span.text):
             continue
         if (t := _passes(result, d)) is not None:
             hint = "look at its stiffness (in N/m: 1 N/mm is 1e3 N/m) and at its length without "

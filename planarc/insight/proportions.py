@@ -41,7 +41,7 @@ _STRAIGHT = 1e-6
 _ROD_ABOUT_END, _ROD_ABOUT_CENTRE = 3.0, 12.0
 _EXACT = 1e-6
 #: An inertia that is written.
-_INERTIA = re.compile(r"\bI\s*=")
+_INERTIA = r"\bI\s*="
 _Vector = tuple[float, float]
 
 
@@ -73,7 +73,7 @@ def odd_proportions(dae: Dae) -> Iterator[Diagnostic]:
         x, y, *centre, m, inertia = numbers
         bar = _Bar(name, (x, y), (centre[0], centre[1]), m, inertia)
         told = _far_centre(bar) or _centre_aside(bar)
-        if told is None and _INERTIA.search(part.span.text):
+        if told is None and re.search(_INERTIA, part.span.text):
             told = _about_end(bar) or _in_grams(bar)
         if told is not None:
             message, hint = told

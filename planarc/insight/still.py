@@ -35,7 +35,7 @@ _SPEEDS = ("m/s", "rad/s")
 _ROUNDING = 1e-9
 _SHOWN = 3
 #: An axis that is written.
-_AXIS = re.compile(r"\bn\s*=")
+_AXIS = r"\bn\s*="
 
 
 def judge_still(result: Result) -> Iterator[Diagnostic]:
@@ -119,7 +119,8 @@ def _level_slides(program: Program) -> dict[str, int]:
     for joint in (j.name for j in mechanism.joints if GROUND in j.links):
         part, slot = declared_part(program, joint), speeds.get(f"{joint}.v", -1)
         level = (values.get(f"{joint}.n[1]"), values.get(f"{joint}.n[2]")) == (1.0, 0.0)
-        if part is not None and level and slot in candidates and not _AXIS.search(part.span.text):
+        written = part is None or re.search(_AXIS, part.span.text)
+        if level and slot in candidates and not written:
             found[joint] = slot
     return found
 

@@ -31,7 +31,6 @@ from planarc.ir.expr import Expr
 from planarc.ir.flatwalk import assigned_in, nodes_of, set_by
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
-from planarc.lower.bounds import bounds
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
 from planarc.lower.unset import Unset, join
 from planarc.lower.values import Value, expr, fixed_dims, known_of
@@ -286,6 +285,8 @@ class Runner(Struct):
 
         Where a turn would leave an array, the run must not come so far, which is asserted.
         """
+        from planarc.lower.bounds import bounds
+
         t, hidden = self.scope.table, self.values.get(s.iterator)
         nothing = flat.IfStatement(s.span, s.component, (), ())
         low, high = bounds(stop)

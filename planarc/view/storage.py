@@ -6,7 +6,6 @@ power cut leaves the old file as it was.
 
 from __future__ import annotations
 
-import csv
 import io
 import os
 import re
@@ -111,6 +110,8 @@ def write_folder(folder: Path, texts: Mapping[str, str]) -> None:
 
 def write_rows(path: Path, head: Iterable[object], rows: Iterable[Iterable[object]]) -> None:
     """Write comma-separated values below their names, with numbers of full precision."""
+    import csv
+
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(head)

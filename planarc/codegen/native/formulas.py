@@ -13,7 +13,6 @@ from typing import Final
 
 from planarc.codegen.certain import is_hidden, unconditional
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
-from planarc.codegen.refusal import NotDifferentiable
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.runtime import elementary, external
 
@@ -144,6 +143,8 @@ def _external(c: Code, e: Expr, numbers: list[Value]) -> Value:
     """A call back to Python: such functions are called at events."""
     function, output, wrt = e.data
     if wrt:
+        from planarc.codegen.refusal import NotDifferentiable
+
         raise NotDifferentiable(function)
     row = c.place(REAL, len(numbers))
     for i, number in enumerate(numbers):

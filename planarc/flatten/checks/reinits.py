@@ -24,13 +24,14 @@ from planarc.ir.flatwalk import inside, variables_of_target
 
 def check_reinits(equations: Iterable[flat.Equation], session: Session) -> None:
     """Warn of each `reinit` of what an earlier when-equation sets anew, too."""
+    whens = [e for e in equations if isinstance(e, flat.WhenEquation)]
+    if not whens:
+        return
     from planarc.ir.text.flat import print_expression
 
     files = session.own_files()
     first: dict[str, tuple[flat.WhenEquation, flat.Reinit]] = {}
-    for when in equations:
-        if not isinstance(when, flat.WhenEquation):
-            continue
+    for when in whens:
         for reinit, variable in _reinits(when):
             earlier, there = first.setdefault(print_expression(variable), (when, reinit))
             if earlier is not when and reinit.span.source.name in files:

@@ -23,7 +23,7 @@ from planarc.flatten.tree.nodes import Instance, Session
 from planarc.ir import syntax
 
 _PARTS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK)
-_NUMBERS = re.compile(r"[-+*/\d.eE(){}\[\],;\s]+")
+_NUMBERS = r"[-+*/\d.eE(){}\[\],;\s]+"
 _WORD = re.compile(r"\w+")
 _SAID = re.compile(r'"(?:\\.|[^"\\])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
 
@@ -46,7 +46,7 @@ def _check_parameters(root: Instance, session: Session) -> None:
         if declared.variability is not syntax.Variability.PARAMETER or declared.prefixes.final:
             continue
         value = declared.modification.binding if declared.modification else None
-        if value is None or not _NUMBERS.fullmatch(value.span.text):
+        if value is None or not re.fullmatch(_NUMBERS, value.span.text):
             continue  # what follows from others may be there to be read by a user
         if words[declared.name] == 1:
             session.warnings.append(

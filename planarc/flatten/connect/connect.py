@@ -283,7 +283,7 @@ _KINDS = {
 
 
 #: Classes of what acts between the two parts of a joint.
-_BETWEEN = re.compile(r"Spring|Damper|Friction|Clutch|Backlash|Gap")
+_BETWEEN = r"Spring|Damper|Friction|Clutch|Backlash|Gap"
 
 
 def _flange_hint(flange: Side, frame: Side) -> str | None:
@@ -300,7 +300,7 @@ def _flange_hint(flange: Side, frame: Side) -> str | None:
     kinds = [_kind(n) for n in of_part if isinstance(n, Instance)]
     two = kinds.count(_kind(flange.node)) > 1  # a damper, say, between a joint's two parts
     if "drivenFlange" not in joint.layout.members:
-        if two and part is not None and _BETWEEN.search(part.cls.name):
+        if two and part is not None and re.search(_BETWEEN, part.cls.name):
             return (
                 f"`{part.name}` turns or slides alone: connect its ends to `axis` and `support` of "
                 "the joint between the two parts, which are there with `drivenFlange=true`"

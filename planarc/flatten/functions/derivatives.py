@@ -15,8 +15,8 @@ Reference: Modelica Language Specification 3.6, sections 12.7.1 and 12.8.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError
 from planarc.core.mend import Meant
 from planarc.core.prose import listed
@@ -33,7 +33,7 @@ from planarc.ir import flat, syntax
 _GIVEN, _ZERO = "noDerivative", "zeroDerivative"
 
 
-class _Slot(NamedTuple):
+class _Slot(Data):
     """An input or output that another function must have; any name does for a derivative."""
 
     name: str

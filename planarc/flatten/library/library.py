@@ -31,7 +31,7 @@ from planarc.flatten.library.beside import unknown_within
 from planarc.ir import syntax
 
 EXTENSIONS = (".pmo", ".mo")
-_VERSIONED = re.compile(r"^(\S+) (\d+(?:\.\d+)*)$")
+_VERSIONED = r"^(\S+) (\d+(?:\.\d+)*)$"
 
 ParseFile = Callable[[Path], syntax.StoredDefinition]
 ParseAnnotation = Callable[[syntax.Annotation], tuple[syntax.Argument, ...]]
@@ -386,7 +386,7 @@ def _is_file_name(name: str) -> bool:
 
 def _plain_name(file_name: str) -> str:
     """A folder's or file's name without its version: `Modelica 4.0.0` is `Modelica`."""
-    return _VERSIONED.sub(r"\1", file_name)
+    return re.sub(_VERSIONED, r"\1", file_name)
 
 
 def _versions(root: Path, name: str) -> list[Path]:
@@ -396,7 +396,7 @@ def _versions(root: Path, name: str) -> list[Path]:
     found = []
     for path in root.glob("* *"):
         stem = path.name if path.is_dir() else path.stem if path.suffix in EXTENSIONS else ""
-        match = _VERSIONED.match(stem)
+        match = re.match(_VERSIONED, stem)
         if match and match[1] == name:
             found.append((tuple(int(n) for n in match[2].split(".")), path))
     return [path for _, path in sorted(found, reverse=True)]

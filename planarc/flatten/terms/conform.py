@@ -84,7 +84,7 @@ def product_hint(value: flat.Expression) -> str | None:
 
 
 #: What stands before a value that all members of an array get.
-_EACH = re.compile(r"\beach\s+[\w.]+\s*=\s*\Z")
+_EACH = r"\beach\s+[\w.]+\s*=\s*\Z"
 
 
 def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None:
@@ -99,7 +99,7 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
         example = f"{size} values in braces, such as {vector}; " if short else ""
         return f"write {example}`each` in a modifier, or `fill(...)` in an equation"
     if not expected.dims and len(actual.dims) == 1:
-        if _EACH.search(span.source.text, 0, span.start):
+        if re.search(_EACH, span.source.text[: span.start]):
             return "remove `each`, if every member is to get its own value; else give one number"
         return "give one number, not a vector"
     matrices = len(expected.dims) == len(actual.dims) == 2
@@ -121,10 +121,9 @@ def shape_hint(expected: flat.Type, actual: flat.Type, span: Span) -> str | None
         return None
     values = f"write {size} values, such as {vector}" if short else None
     mixed = re.search(r",\S", span.text) and re.search(r",\s", span.text)  # `0,5, 0`
-    if size == 2 and actual.dims == (3,) and _THIRD_ZERO.search(span.text) and not mixed:
-        return (
-            f"vectors of the plane have no third entry: write `{_THIRD_ZERO.sub('}', span.text)}`"
-        )
+    if size == 2 and actual.dims == (3,) and re.search(_THIRD_ZERO, span.text) and not mixed:
+        written = re.sub(_THIRD_ZERO, "}", span.text)
+        return f"vectors of the plane have no third entry: write `{written}`"
     return decimal_comma(span, (actual.dims[0] or 0) - size) or values
 
 
@@ -155,7 +154,7 @@ def numbers_of(span: Span) -> list[float]:
 #: The entries of a vector of the plane.
 _PLANE = 2
 #: The end of a vector of space that lies in the plane.
-_THIRD_ZERO = re.compile(r",\s*0(\.0*)?\s*\}\s*\Z")
+_THIRD_ZERO = r",\s*0(\.0*)?\s*\}\s*\Z"
 
 
 def decimal_comma(span: Span, surplus: int) -> str | None:

@@ -24,7 +24,6 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import Related, error
 from planarc.core.prose import ticked
 from planarc.core.source import Span
-from planarc.flatten.tree.computed import settable
 from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.naming import name_span
 from planarc.flatten.tree.nodes import (
@@ -212,6 +211,8 @@ def final_error(name: str, outer: Span | None, inner: Span | None) -> Exception:
     formula = re.search(r"=\s*([^=\"]*[A-Za-z_][^=\"]*)$", inner.text) if inner else None
     hint = f"set `{follows[1]}`, which it follows from" if follows else "remove the modifier"
     if formula and not follows:
+        from planarc.flatten.tree.computed import settable
+
         shown = " ".join(formula[1].split())
         free = ticked(settable(formula[1], inner)[:_MOST_FREE]) if inner else ""
         hint = f"it is computed there, as `{shown:.60}`: set what it follows from"

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
@@ -156,7 +157,7 @@ def join(dimension: int, parts: Arguments, span: Span) -> flat.Expression:
 # By the dimensions of arrays --------------------------------------------------------------
 
 
-class _Reshape(NamedTuple):
+class _Reshape(Data):
     """The arrays that a function takes, and the dimensions of its result by theirs."""
 
     takes: Callable[[flat.Dims], bool]
@@ -194,7 +195,7 @@ def _reshaped(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Exp
     return _applied(name, arguments, type_.with_dims(dims), span)
 
 
-class _Typed(NamedTuple):
+class _Typed(Data):
     """Arithmetic on typed expressions for the rules of `runtime.tensor`."""
 
     span: Span

@@ -25,9 +25,9 @@ Sides: TypeAlias = "tuple[flat.Expression | str | None, flat.Expression | str | 
 SAME_SCALE = 1e-9
 
 #: How torques are called.
-_TORQUE = re.compile(r"(^|[._])(tau|torque|t)(\[\d+\])?$")
+_TORQUE = r"(^|[._])(tau|torque|t)(\[\d+\])?$"
 #: A unit of several, as those of coefficients.
-_COMPOUND = re.compile("[./]")
+_COMPOUND = "[./]"
 #: How a joint's coordinate and its derivatives are called: those of a hinge, and of a slide.
 _MOTIONS = ("phi", "w", "a", "s", "v")
 
@@ -40,7 +40,7 @@ def what_is_meant(
     lacking = [(a, b, e) for (a, b), e in both if e is not None and not isinstance(e, str)]
     named = (e.name for e in sides if isinstance(e, flat.Reference))
     short = any(unit.divide(b, a)[:-1] == unit.parse("m") for a, b, _ in lacking)
-    if short and any(map(_TORQUE.search, named)):
+    if short and any(re.search(_TORQUE, name) for name in named):
         return "a lever arm may be missing: a torque is a force times a length"
     for find in (_sibling, _square):
         for own, other, e in lacking:
@@ -91,7 +91,7 @@ def wrongly_declared(
         for e in every if len(every) > 1 else ():
             name = e.name if isinstance(e, flat.Reference) and "." not in e.name else ""
             text, own = declared.get(name, ""), units.get(name)
-            if own is not None and _COMPOUND.search(text):
+            if own is not None and re.search(_COMPOUND, text):
                 fitting = unit.unit_text(unit.multiply(own, ratio)[:-1])
                 found.append(f"`{name}` is declared in `{text}`: `{fitting}` would make them agree")
     return found[0] if len(found) == 1 else None

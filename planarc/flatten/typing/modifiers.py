@@ -16,7 +16,7 @@ from planarc.flatten.terms.select import pick
 from planarc.flatten.tree.nodes import Binding, Env
 from planarc.ir import flat
 
-_NAME = re.compile(r"\w+\s*=\s*$")
+_NAME = r"\w+\s*=\s*$"
 
 
 def type_binding(binding: Binding, dims: flat.Dims = ()) -> flat.Expression:
@@ -62,6 +62,6 @@ def _member_value(typed: flat.Expression, binding: Binding, dims: flat.Dims) -> 
 def _with_each(value: Span) -> str:
     """The modifier of a value with `each` before it; where that is long, another one."""
     text = value.source.text
-    name = _NAME.search(text, text.rfind("\n", 0, value.start) + 1, value.start)
+    name = re.search(_NAME, text[text.rfind("\n", 0, value.start) + 1 : value.start])
     modifier = f"{name[0]}{value.text}" if name else ""
     return f"each {modifier}" if modifier and re.fullmatch(".{,40}", modifier) else "each m=1"

@@ -34,7 +34,7 @@ from planarc.ir.flatwalk import (
 from planarc.ir.text.compound import Compound
 from planarc.ir.text.expression import quote
 
-_PLAIN = re.compile(r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$")
+_PLAIN = r"^(?:[A-Za-z_][A-Za-z_0-9]*|'(?:[^'\\]|\\.)*')$"
 
 #: strength of operators; an operand that binds less is put in parentheses (3.2)
 _STRENGTH = {
@@ -53,7 +53,7 @@ _RECORD_NAMES = (flat.Base.RECORD, flat.Base.ENUMERATION)
 
 def quoted(name: str) -> str:
     """A full name as one identifier."""
-    if _PLAIN.match(name):
+    if re.match(_PLAIN, name):
         return name
     escaped = name.replace("\\", "\\\\").replace("'", "\\'")
     return f"'{escaped}'"

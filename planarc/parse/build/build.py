@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec.structs import replace
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Related
 from planarc.core.mend import Write
 from planarc.core.source import Span
@@ -24,7 +25,7 @@ class WrongEnd(Diagnostic):
     """`end B` of a class `A`."""
 
 
-class Specifier(NamedTuple):
+class Specifier(Data):
     """The part of a class that follows its kind and its name."""
 
     name: Token

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
+from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic
 from planarc.core.source import NOWHERE, Span
 from planarc.ir import syntax
@@ -13,14 +14,14 @@ from planarc.parse.grammar.lexer import Token
 T = TypeVar("T")
 
 
-class Part(NamedTuple):
+class Part(Data):
     """A piece that is no node of the tree: subscripts, arguments, a dotted name."""
 
     value: Any
     span: Span
 
 
-class Description(NamedTuple):
+class Description(Data):
     comment: str = ""
     annotation: syntax.Annotation | None = None
 

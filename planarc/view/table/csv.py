@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from msgspec import MsgspecError, json
 
-from planarc.core.arrays import Vector
 from planarc.ir.dae import Kind
 from planarc.ir.program import Column
 from planarc.ir.result import Result
-from planarc.view.table.table import Table
+
+if TYPE_CHECKING:
+    import csv
+
+    from planarc.core.arrays import Vector
+    from planarc.view.table.table import Table
 
 _END = b"\r\n"
 #: The count of numbers formatted at a time: they and their text stay in the processor's cache, and
@@ -85,18 +88,19 @@ def _text(numbers: Vector, whole: Sequence[int]) -> bytes | memoryview:
 _BLOCK = 1 << 22
 #: Numbers as JSON has them, which most files hold.
 _LIST = json.Decoder(list[float])
-_UNIT = re.compile(r"(.+) \[([^\[\]]+)\]")
+_UNIT = r"(.+) \[([^\[\]]+)\]"
 
 
 def read(file: BinaryIO) -> Table:
     """Read a table. Raises ValueError with the reason."""
+    from planarc.view.table.table import Table
 
     names, first = _header(file)
     values = _body(file, len(names), first)
     units: dict[str, str] = {}
     columns: dict[str, Vector] = {}
     for i, text in enumerate(names[1:], 1):
-        found = _UNIT.fullmatch(text)
+        found = re.fullmatch(_UNIT, text)
         name = found[1] if found else text
         if found:
             units[name] = found[2]
@@ -106,6 +110,8 @@ def read(file: BinaryIO) -> Table:
 
 def _header(file: BinaryIO) -> tuple[list[str], int]:
     """The names, and the number of the first line behind them."""
+    import csv
+
     file.seek(0)
     try:
         lines = csv.reader(line.decode("utf-8-sig") for line in iter(file.readline, b""))
@@ -170,6 +176,8 @@ def _careful(lines: Sequence[bytes], width: int, first: int) -> Vector:
 
 def _fields(lines: Sequence[bytes], first: int) -> Iterator[tuple[int, list[str]]]:
     """The fields of each row that has some, with the number of its line."""
+    import csv
+
     reader = csv.reader(line.decode("utf-8", "replace") for line in lines)
     try:
         for row in reader:

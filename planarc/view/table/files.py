@@ -17,7 +17,7 @@ import mmap
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from msgspec.structs import replace
 
@@ -26,7 +26,9 @@ from planarc.core.files import open_plain
 from planarc.ir.result import Result
 from planarc.view.storage import known_ending, refuse_no_match, replacing, shown
 from planarc.view.table.origin import UNKNOWN, Origin, as_text, from_text, read_beside, write_beside
-from planarc.view.table.table import Table
+
+if TYPE_CHECKING:
+    from planarc.view.table.table import Table
 
 SUFFIXES = (".csv", ".mat")
 
