@@ -26,7 +26,7 @@ from msgspec.structs import replace
 from planarc.core.data import without_collection
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, Varies, error
 from planarc.core.nearest import did_you_mean
-from planarc.core.source import NOWHERE, Span
+from planarc.core.source import NOWHERE
 from planarc.flatten.checks.assertions import check_assertions
 from planarc.flatten.checks.assigned import check_assigned
 from planarc.flatten.checks.balance import Imbalance, check_balance, names_in_equations
@@ -35,8 +35,10 @@ from planarc.flatten.checks.discretes import check_discretes
 from planarc.flatten.checks.each import check_each
 from planarc.flatten.checks.exchanged import check_exchanged
 from planarc.flatten.checks.kinds import check_classes
+from planarc.flatten.checks.obsolete import check_obsolete
 from planarc.flatten.checks.parameters import check_parameters, check_ranges
 from planarc.flatten.checks.prefixes import check_prefixes
+from planarc.flatten.checks.reached import check_reached
 from planarc.flatten.checks.reinits import check_reinits
 from planarc.flatten.checks.slips import find_slips
 from planarc.flatten.checks.tables import check_tables
@@ -55,7 +57,6 @@ from planarc.flatten.library.library import Library, split_name
 from planarc.flatten.sections.alike import Copies
 from planarc.flatten.sections.annotations import experiment_of, figures_of
 from planarc.flatten.sections.gather import Gathered, gather, variables_of
-from planarc.flatten.tree import annotation
 from planarc.flatten.tree.demand import class_of, layout_of, static_instance
 from planarc.flatten.tree.inherit import make_layout
 from planarc.flatten.tree.lookup import member
@@ -248,27 +249,6 @@ def _check_kind(cls: Class) -> None:
         raise error("F254", message, cls.span, hint=hint)
 
 
-def _warn_obsolete(instances: list[Instance], session: Session) -> None:
-    """Warn of each obsolete class of components and bases, where its name is first written."""
-    seen: set[int] = set()
-    for instance in instances:
-        if id(instance.layout) in seen:
-            continue
-        seen.add(id(instance.layout))
-        for part in instance.layout.parts:
-            annotation.warn_obsolete(part.cls, part.base_at or _type_span(instance), session)
-
-
-def _type_span(instance: Instance) -> Span:
-    """The place where the class of a component is named: its declaration, or what redeclares it."""
-    element = instance.element
-    if element is None:
-        return instance.span
-    new = element.mod.redeclaration
-    written = element.definition if new is None else new.element
-    return written.type.span if isinstance(written, syntax.Component) else instance.span
-
-
 def _flatten(
     session: Session, class_name: str
 ) -> tuple[flat.FlatModel, flat.FlatModel, Imbalance | None]:
@@ -296,6 +276,7 @@ def _flatten(
         said = [e for v in variables for e in expressions_of_variable(v)]
         said += [*expressions_in(equations), *expressions_in(found.initial_equations)]
         check_absent(connected.unused, (*said, *expressions_in(statements)), session)
+    check_reached(found.instances, session)
     check_classes(session)
     leaves = [leaf for leaf in found.open_leaves() if leaf.name not in connected.unused]
     check_prefixes(found.instances, leaves, session)
@@ -313,7 +294,7 @@ def _flatten(
         check_exchanged(connections, session)
         check_unused(root, connections, session)
         check_waiting(pairs, session)
-        _warn_obsolete(found.instances, session)
+        check_obsolete(found.instances, session)
         redundant = redundant_unknowns(found.instances, leaves, found.rooting)
         imbalance = check_balance(found, variables, equations, session, redundant)
     model = _model(root, found, connected, variables, equations, experiment)
