@@ -27,6 +27,7 @@ from planarc.core.nearest import nearest
 from planarc.core.source import Span
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of, session_of, static_instance
+from planarc.flatten.tree.environment import check_alike
 from planarc.flatten.tree.naming import name_span, not_modifiable
 from planarc.flatten.tree.nodes import Class, Layout, Part, Scope
 from planarc.ir import flat, syntax
@@ -290,6 +291,7 @@ def _add_member(layout: Layout, name: str, index: int, element: syntax.Declarati
         layout.members[name] = (index, element)
         return
     if slot[1] is element or _without_text(slot[1]) == _without_text(element):
+        check_alike(layout, element, slot[0], index)
         return
     message = f"`{layout.parts[0].cls.name}` gets two different declarations of `{name}`"
     hint = "declare it in one class only, or make both declarations equal"
