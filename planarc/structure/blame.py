@@ -61,6 +61,7 @@ def _too_many(dae: Dae, misfit: Misfit) -> Diagnostic:
         or _moved_parameter(dae, misfit.rivals)
         or _given_elsewhere(dae, misfit)
         or _assigned_apart(misfit)
+        or _decided_by_each(misfit)
         or _added_up(misfit)
         or _surplus(dae, misfit)
     )
@@ -163,6 +164,24 @@ def _assigned_apart(misfit: Misfit) -> Diagnostic | None:
                 related=tuple(Related("it is assigned here, too", span) for span in others),
             )
     return None
+
+
+def _decided_by_each(misfit: Misfit) -> Diagnostic | None:
+    """The message about one line of a class whose components all decide what they share, an `outer`
+    variable."""
+    rivals = misfit.rivals
+    parts = [*dict.fromkeys(e.component for e in rivals)]
+    if len({(e.span, e.left) for e in rivals}) > 1 or not 1 < len(parts) == len(rivals):
+        return None
+    what = rivals[0].left
+    shared = f"`{what}`" if what.is_symbol else "the same unknowns"
+    return Diagnostic(
+        "S302",
+        f"{listed([f'`{part}`' for part in parts[:_SHOWN]])} each decide {shared} by this: "
+        f"{counted(max(1, len(misfit.too_many)), 'equation')} too many",
+        rivals[0].span,
+        hint="let one of them decide what they share, or the model around them",
+    )
 
 
 def _added_up(misfit: Misfit) -> Diagnostic | None:

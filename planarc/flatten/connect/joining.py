@@ -22,6 +22,7 @@ from planarc.flatten.connect.connect import Connection, collect_connection
 from planarc.flatten.connect.expand import Statement, expand_connectors
 from planarc.flatten.connect.kinds import told_once
 from planarc.flatten.tree.nodes import Env, Instance, Node, Session
+from planarc.flatten.tree.repeated import without_repeated
 from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.connections import overconstrained_name
 from planarc.flatten.values import evaluate
@@ -66,7 +67,8 @@ def join(instances: list[Instance], session: Session) -> Joined:
         for index, part in enumerate(instance.layout.parts):
             for section in part.definition.sections:
                 if isinstance(section, syntax.EquationSection) and not section.initial:
-                    _collect(section.equations, Env(instance.scope(index)), joined)
+                    equations = without_repeated(section.equations, instance.layout, index)
+                    _collect(equations, Env(instance.scope(index)), joined)
     joined.added = expand_connectors(joined.statements, instances)
     for statement in joined.statements:
         try:

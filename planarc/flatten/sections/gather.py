@@ -34,8 +34,8 @@ from planarc.flatten.sections.alike import (
     within,
 )
 from planarc.flatten.sections.declared import declared_of
-from planarc.flatten.sections.equations import type_equations
 from planarc.flatten.sections.home import ToldAtHome
+from planarc.flatten.sections.inherited import Known, type_once
 from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import annotation
@@ -203,12 +203,13 @@ def _repeated(
 def _sections(instance: Instance) -> Sections:
     equations, initial = list[flat.Equation](), list[flat.Equation]()
     algorithms, at_start = list[flat.Algorithm](), list[flat.Algorithm]()
+    known: Known = {}
     with ToldAtHome(instance):
         for index, part in enumerate(instance.layout.parts):
             env = Env(instance.scope(index))
             for section in part.definition.sections:
                 if isinstance(section, syntax.EquationSection):
-                    typed = type_equations(section.equations, env)
+                    typed = type_once(section, env, known)
                     (initial if section.initial else equations).extend(typed)
                 else:
                     (at_start if section.initial else algorithms).extend(_algorithm(section, env))

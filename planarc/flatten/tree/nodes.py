@@ -175,6 +175,8 @@ class Layout(Struct, eq=False):
     visual: str | None = None  # what instances are drawn as, "" for nothing, None: not asked
     #: (part, foreign, kind, name, expression) that instances declare; None: not asked
     told: tuple[tuple[int, bool, str, str, syntax.Expression], ...] | None = None
+    #: the texts of equations that stand in several parts, with the first one; None: not asked
+    repeated: dict[str, int] | None = None
 
 
 class Class(Struct, eq=False):
