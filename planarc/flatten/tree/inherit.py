@@ -97,8 +97,9 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
     part.redeclarations = tuple(redeclarations)
     for element in body.elements:
         if isinstance(element, syntax.Extends):
-            base = lookup.find_class(static_instance(part.cls).scope(), element.base)
-            _check_base(part, element, base)
+            scope = static_instance(part.cls).scope()
+            base = lookup.find_class(scope, element.base)
+            _check_base(part, element, scope)
             modification = element.modification
             _take_base(layout, part, base, modification, None, element.protected, element.span)
         elif not isinstance(element, syntax.Import) and part.own.get(element.name) is element:
@@ -107,12 +108,18 @@ def _take_composition(layout: Layout, part: Part, body: syntax.Composition) -> N
         _check_redeclared(layout, part, definition)
 
 
-def _check_base(part: Part, clause: syntax.Extends, base: Class) -> None:
-    """A base class is always the same one: not replaceable, nor inherited itself (7.1.4)."""
+def _check_base(part: Part, clause: syntax.Extends, scope: Scope) -> None:
+    """A base class is always the same one: not replaceable, nor in a package that is, nor inherited
+    itself (7.1.4)."""
     name = clause.base.names[0]
-    if base.definition.prefixes.replaceable:
-        message = f"`{clause.base}` is replaceable, and so no base class"
-        raise error("F238", message, clause.span, related=[Related("declared here", base.span)])
+    for step, cls in zip(
+        clause.base.names, lookup.classes_of_path(scope, clause.base), strict=True
+    ):
+        if cls.definition.prefixes.replaceable:
+            message = f"`{clause.base}` is no base class: `{step}` is replaceable"
+            if step == clause.base.names[-1]:
+                message = f"`{clause.base}` is replaceable, and so no base class"
+            raise error("F238", message, clause.span, related=[Related("declared here", cls.span)])
     if not clause.base.absolute and name in part.visible and name not in part.own:
         message = f"`{name}` is inherited itself, and so no base class of `{part.cls.name}`"
         raise error("F238", message, clause.span, hint="write its full name")

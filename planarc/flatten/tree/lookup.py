@@ -330,6 +330,15 @@ def find_class(scope: Scope, name: syntax.Ref) -> Class:
     return cls
 
 
+def classes_of_path(scope: Scope, name: syntax.Ref) -> Iterator[Class]:
+    """The classes that the names of a path mean, one inside of the other."""
+    cls = _as_class(_first(scope, name.names[0], name), name.names[0], name.span)
+    yield cls
+    for step in name.names[1:]:
+        cls = _as_class(class_member(cls, step, name.span), step, name.span)
+        yield cls
+
+
 def class_member(cls: Class, name: str, span: Span) -> Element:
     """The element behind the name of a class: of packages, and of classes that are like them, any
     public one, of others only an encapsulated class (5.3.2)."""
