@@ -167,9 +167,8 @@ def _check_leaves(a: Member, b: Member, left: Side, right: Side, span: Span) -> 
         if fixed.variability <= flat.Variability.PARAMETER:
             kind = fixed.variability.name.lower()
             raise _unlike(left, right, f"`{fixed.name}` is a {kind}, its counterpart is not", span)
-    if not (base_conforms(a.type, b.type) or base_conforms(b.type, a.type)) or (
-        a.type.dims != b.type.dims
-    ):
+    same = base_conforms(a.type, b.type) and base_conforms(b.type, a.type)  # no Integer to a Real
+    if not same or a.type.dims != b.type.dims:
         why = f"`{a.leaf.name}` is {type_text(a.type)}, `{b.leaf.name}` is {type_text(b.type)}"
         raise _unlike(left, right, why, span, _converter(a, b) or _converter(b, a))
 
