@@ -52,6 +52,8 @@ def collect_connection(node: syntax.Connect, env: Env) -> list[Connection]:
     found: list[Connection] = []
     while pairs:
         a, b = pairs.pop(0)
+        if a is None or b is None:  # a member whose connector is switched off
+            continue
         if isinstance(a, list) and isinstance(b, list):
             if len(a) != len(b):
                 both = f"`{node.left}` and `{node.right}` are arrays of different size"

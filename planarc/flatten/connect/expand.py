@@ -157,7 +157,8 @@ def _template(view: View, env: Env) -> Leaf | Instance | Family | None:
         return _entry_template(view, env)
     if isinstance(view, list):
         found = [_template(v, env) for v in view]
-        return _array_template([node for node in found if node is not None])
+        known = [node for node in found if node is not None]
+        return _array_template([node or known[0] for node in found] if known else [])
     return view if isinstance(view, Leaf | Instance | Family) else None
 
 

@@ -1,7 +1,7 @@
 """The connectors that a connect equation names, and what is said where it names none.
 
 In:   syntax.Connect, Env
-Out:  Side   a connector, or lists of them for arrays; None where it is switched off
+Out:  Side   a connector, or lists of them for arrays; None for each that is switched off
 
 Reference: Modelica Language Specification 3.6, section 9.1.
 """
@@ -203,8 +203,8 @@ def _is_connector(node: Node) -> bool:
 
 
 def _as_sides(view: View, ref: syntax.Ref, outside: bool, env: Env) -> object:
-    if isinstance(view, list):
-        return [_as_sides(v, ref, outside, env) for v in view]
+    if isinstance(view, list):  # some of them may be switched off (4.4.5)
+        return [None if _is_absent(v) else _as_sides(v, ref, outside, env) for v in view]
     if isinstance(view, Family):
         return _nest([_as_sides(i, ref, outside, env) for i in view.items], view.dims)
     if _is_of_class(view):
