@@ -15,14 +15,20 @@ from msgspec.structs import replace
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted, either, listed
 from planarc.core.source import Span
-from planarc.flatten.functions.values import default_of, input_of, missing_input, type_argument
+from planarc.flatten.functions.values import (
+    default_of,
+    in_order_of_defaults,
+    input_of,
+    missing_input,
+    type_argument,
+)
 from planarc.flatten.functions.variables import result_type, type_at_call
 from planarc.flatten.refusal import for_each
 from planarc.flatten.terms.conform import base_conforms, conforms, dims_conform, expect, mismatch
 from planarc.flatten.terms.select import array, opened
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.lookup import find_class
-from planarc.flatten.tree.nodes import Env, FunctionInfo
+from planarc.flatten.tree.nodes import Binding, Env, FunctionInfo
 from planarc.flatten.typing import references
 from planarc.flatten.typing.modifiers import type_binding
 from planarc.ir import flat, syntax
@@ -31,16 +37,18 @@ from planarc.ir import flat, syntax
 def complete_arguments(info: FunctionInfo, node: syntax.Call, env: Env) -> list[flat.Expression]:
     """One argument for each input: positional, named, bound, default."""
     signature = info.signature
-    given = _given(info, node, env)
-    arguments: list[flat.Expression] = []
-    so_far: flat.Named = {}
+    values = _given(info, node, env)
     for variable in signature.inputs:
-        value = given.get(variable.name)
-        if value is None:
-            value = _open_input(info, variable, so_far, node, env)
-        arguments.append(value)
-        so_far[variable.name] = value
-    return arguments
+        if variable.name not in values and variable.name in info.bound:
+            values[variable.name] = _bound(info.bound[variable.name], env)
+        elif variable.name not in values and variable.name not in signature.defaults:
+            raise missing_input(node, variable)
+    for variable in in_order_of_defaults(signature, signature.inputs):
+        if variable.name not in values:
+            value = default_of(signature, variable, values, env)
+            assert value is not None
+            values[variable.name] = value
+    return [values[variable.name] for variable in signature.inputs]
 
 
 def _given(info: FunctionInfo, node: syntax.Call, env: Env) -> flat.Named:
@@ -75,19 +83,11 @@ def _plain_variables(node: syntax.Call, env: Env) -> str | None:
     return f"write `input` before {either(plain)}, if that is an argument" if plain else None
 
 
-def _open_input(
-    info: FunctionInfo, variable: flat.Variable, so_far: flat.Named, node: syntax.Call, env: Env
-) -> flat.Expression:
-    """The value of an input that the call does not give: bound before, or by default."""
-    bound = info.bound.get(variable.name)
-    if bound is not None:
-        if env.function is None:
-            return type_binding(bound)
-        return Env(bound.scope, {}, env.function).typed(bound.expression)
-    value = default_of(info.signature, variable, so_far, env)
-    if value is None:
-        raise missing_input(node, variable)
-    return value
+def _bound(bound: Binding, env: Env) -> flat.Expression:
+    """The value that `function g = f(x=5)` gives an input."""
+    if env.function is None:
+        return type_binding(bound)
+    return Env(bound.scope, {}, env.function).typed(bound.expression)
 
 
 _MOST_ORDERED = 5  # inputs whose orders are tried

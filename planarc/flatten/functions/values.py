@@ -127,7 +127,16 @@ def default_of(
     if default is None:
         return None
     expression, scope = default
-    return Env(scope, {**signature.constants, **known}, env.function).typed(expression)
+    inner = Env(scope, {**signature.constants, **known}, env.function)
+    return type_argument(expression, variable, inner)
+
+
+def in_order_of_defaults(
+    signature: Signature, inputs: Sequence[flat.Variable]
+) -> list[flat.Variable]:
+    """Inputs, each after those that its default is written with, in whatever order they stand."""
+    places = {name: k for k, name in enumerate(signature.defaults)}  # made in that order
+    return sorted(inputs, key=lambda v: places.get(v.name, -1))
 
 
 def input_of(
@@ -217,7 +226,7 @@ def _bind_defaults(
     if len(rest) < count:
         own = f"`{name}` has {counted(len(rest), 'open input')}"
         raise error("F292", f"{own}, but `{wanted.name}` has {count}", span)
-    for variable in rest[count:]:
+    for variable in in_order_of_defaults(info.signature, rest[count:]):
         value = _own_default(info, variable, bound, env)
         if value is None:
             message = f"`{name}` needs a value for `{variable.name}`"
