@@ -43,6 +43,8 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
         return call_of_argument(node, env.locals[names[0]], env)
     if names[0] == _CONNECTIONS and len(names) == 2 and _is_predefined(node.function, env):
         return connections.type_operator(node, env)
+    if names == ("pure",):
+        return type_call(_called_purely(node), env, results)
     if builtins.is_name(names[-1]) and is_builtin(node.function, env):
         return _builtin(node, env)
     cls = function_class(node.function, env, node)
@@ -61,6 +63,13 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
         message = f"`{node.function}` is a {layout.kind.value}, not a function"
         raise error("F292", message, node.span)
     return _call_function(node, cls, env, results)
+
+
+def _called_purely(node: syntax.Call) -> syntax.Call:
+    """The call in `pure(f(x))`, which allows what is impure wherever it stands (12.3)."""
+    if len(node.arguments) == 1 and not node.named and isinstance(node.arguments[0], syntax.Call):
+        return node.arguments[0]
+    raise error("F290", "`pure` takes one call of a function, as in `pure(f(x))`", node.span)
 
 
 def _is_predefined(name: syntax.Ref, env: Env) -> bool:
