@@ -5,21 +5,28 @@ Reference: Modelica Language Specification 3.6, sections 12.6 and 4.9.5.2.
 
 from __future__ import annotations
 
-from planarc.core.diagnostic import error
+from typing import TypeGuard
+
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
 from planarc.flatten.functions.variables import record_type
 from planarc.flatten.terms.conform import expect
+from planarc.flatten.terms.select import array
 from planarc.flatten.tree import lookup, redeclare
-from planarc.flatten.tree.demand import static_instance
+from planarc.flatten.tree.demand import node_of, static_instance
 from planarc.flatten.tree.modify import merge
-from planarc.flatten.tree.nodes import Class, Env
+from planarc.flatten.tree.nodes import Class, Env, Family, Instance
+from planarc.flatten.typing import references
+from planarc.flatten.typing.references import View
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
 
 def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
-    """`R(1, y=2)`: fields in order or by name, defaults for the rest."""
+    """`R(1, y=2)`: fields in order or by name, defaults for the rest; `R(part)`: those of it."""
+    if (part := _part_given(node, env)) is not None:
+        return _cast(part, node, cls, env)
     values: flat.Named = {}
     names = inputs_of(cls)
     if len(node.arguments) > len(names):
@@ -36,6 +43,11 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
         if named.name in values:
             raise error("F290", f"the field `{named.name}` is given twice", named.span)
         values[named.name] = env.typed(named.value)
+    return _complete(values, node, cls, env)
+
+
+def _complete(values: flat.Named, node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
+    """The record with some of its fields, and the defaults of the others."""
     fields = []
     declared = dict(record_type(cls, env.session).fields)
     items: list[flat.Expression] = []
@@ -47,6 +59,64 @@ def construct_record(node: syntax.Call, cls: Class, env: Env) -> flat.Expression
         items.append(values[name])
     whole = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
     return flat.Record(whole, node.span, tuple(items))
+
+
+# Casts -------------------------------------------------------------------------------------------
+
+
+def _part_given(node: syntax.Call, env: Env) -> Instance | Family | list[View] | None:
+    """The model, block or connector that is the one argument of a constructor (12.6.1), or an
+    array of them."""
+    if len(node.arguments) != 1 or node.named or not isinstance(node.arguments[0], syntax.Ref):
+        return None
+    ref = node.arguments[0]
+    if not ref.absolute and ref.parts[0].name in env.locals:
+        return None
+    try:
+        view = references.resolve(ref, env)
+    except PlanarcError:
+        return None  # told of as any other argument
+    return view if _is_part(view) else None
+
+
+def _is_part(view: View) -> TypeGuard[Instance | Family | list[View]]:
+    one: View = view
+    while isinstance(one, Family | list):
+        inside = one.items if isinstance(one, Family) else one
+        if not inside:
+            return False
+        one = inside[0]
+    return isinstance(one, Instance) and one.prefix is not None and not one.has_value
+
+
+def _cast(view: View, node: syntax.Call, cls: Class, env: Env) -> flat.Expression:
+    """A record of what a part calls as the record does its fields, or an array of records."""
+    if isinstance(view, Family):
+        view = references.nested(view)
+    if isinstance(view, list):
+        items = [_cast(one, node, cls, env) for one in view]
+        return array(items, items[0].type, node.span)
+    assert isinstance(view, Instance)
+    values = {}
+    for name in inputs_of(cls):
+        if name in view.layout.members:
+            values[name] = _field_of_part(view, name, node, cls, env)
+    return _complete(values, node, cls, env)
+
+
+def _field_of_part(
+    part: Instance, name: str, node: syntax.Call, cls: Class, env: Env
+) -> flat.Expression:
+    inner = node_of(lookup.public_member(part, name, node.span))
+    if not _is_part(inner):
+        return references.node_value(inner, node.span, env)
+    definition, scope, _ = redeclare.effective_component(
+        lookup.declared(static_instance(cls), name)
+    )
+    return _cast(inner, node, lookup.find_class(scope, definition.type), env)
+
+
+# Fields ------------------------------------------------------------------------------------------
 
 
 def inputs_of(cls: Class) -> list[str]:

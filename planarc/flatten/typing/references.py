@@ -174,7 +174,7 @@ def step(view: View, part: syntax.RefPart, ref: syntax.Ref, env: Env) -> View:
     if isinstance(view, Family):
         if not view.items:
             return _step_empty(view, part, ref, env)
-        return [step(v, part, ref, env) for v in _nested(view)]
+        return [step(v, part, ref, env) for v in nested(view)]
     if isinstance(view, Class):
         return _step_class(view, part, ref, env)
     if isinstance(view, Absent):
@@ -319,7 +319,7 @@ def _select(node: Family, chosen: Sequence[Chosen], k: int, offset: int) -> View
     return Pick([_select(node, chosen, k + 1, base + i) for i in range(node.dims[k])], here)
 
 
-def _nested(node: Family) -> list[View]:
+def nested(node: Family) -> list[View]:
     whole = _select(node, [list(range(1, d + 1)) for d in node.dims], 0, 0)
     assert isinstance(whole, list)
     return whole
@@ -447,7 +447,7 @@ def value_of(view: View, ref: syntax.Ref, env: Env) -> flat.Expression:
     if isinstance(view, Instance):
         return instance_value(view, ref.span, env)
     if isinstance(view, Family):
-        return _list_value([value_of(v, ref, env) for v in _nested(view)], ref)
+        return _list_value([value_of(v, ref, env) for v in nested(view)], ref)
     if isinstance(view, Class):
         outputs = env.function.outputs if env.function and env.in_algorithm else ()
         own = env.function is not None and env.function.name == view.name
