@@ -202,6 +202,7 @@ class Comprehension(Node):
     body: Expression
     iterators: tuple[tuple[str, Expression], ...]
     reduce: str = "array"
+    alike: Expressions = ()  # arrays that must have the same number of entries
 
 
 Expression: TypeAlias = (

@@ -21,6 +21,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
@@ -321,7 +322,17 @@ def _partial_call(scope: Scope, e: flat.PartialCall) -> Value:
     return FunctionValue(passed.function, (*passed.bound, *((own[n], v) for n, v in bound)))
 
 
+def _expect_alike(scope: Scope, e: flat.Comprehension) -> None:
+    """Refuse a call for each entry of arrays of different sizes (12.4.6)."""
+    sizes = dict.fromkeys(shape_of(lower_expression(scope, a))[0] for a in e.alike)
+    if len(sizes) > 1:
+        message = f"the arrays of this call differ in size: {listed(map(str, sizes))}"
+        raise error("L314", message, e.span)
+
+
 def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:
+    _expect_alike(scope, e)
+
     def rows(at: Scope, rest: tuple[tuple[str, flat.Expression], ...]) -> Value:
         if not rest:
             return lower_expression(at, e.body)

@@ -25,7 +25,7 @@ from planarc.flatten.functions.values import (
 from planarc.flatten.functions.variables import result_type, type_at_call
 from planarc.flatten.refusal import for_each
 from planarc.flatten.terms.conform import base_conforms, conforms, dims_conform, expect, mismatch
-from planarc.flatten.terms.select import array, opened
+from planarc.flatten.terms.select import array, integer, opened, subscripted
 from planarc.flatten.tree.demand import layout_of
 from planarc.flatten.tree.lookup import find_class
 from planarc.flatten.tree.nodes import Binding, Env, FunctionInfo
@@ -108,10 +108,11 @@ def vectorised(
     if extra <= 0 or results:
         return _single(info, arguments, span, env, results)
     places = [k for k, m in enumerate(more) if m == extra]
-    size = arguments[places[0]].type.dims[0]
-    if size is None:
+    sizes = [arguments[k].type.dims[0] for k in places]
+    size = sizes[0]
+    if size is None or None in sizes:
         return _for_each_entry(info, arguments, places, span, env)
-    if any(arguments[k].type.dims[0] != size for k in places):
+    if any(other != size for other in sizes):
         raise error("F291", f"the arrays given to `{info.name}` differ in size", span)
     columns = [opened(a) if k in places else [a] * size for k, a in enumerate(arguments)]
     items = [vectorised(info, list(row), span, env, False) for row in zip(*columns, strict=True)]
@@ -124,18 +125,29 @@ def vectorised(
 def _for_each_entry(
     info: FunctionInfo, arguments: list[flat.Expression], places: list[int], span: Span, env: Env
 ) -> flat.Expression:
-    """`{f(x) for x in v}`, where the size of a vector is known only when a function runs."""
-    if len(places) > 1 or len(arguments[places[0]].type.dims) > 1:
-        raise error("F291", "a call for each entry of several arrays needs known sizes", span)
-    vector = arguments[places[0]]
+    """`{f(x) for x in v}`, where sizes are known only when a function runs; of several
+    arrays `{f(x[i], z[i]) for i in 1:size(x, 1)}`."""
+    first = arguments[places[0]]
     name = "entry"
     while name in env.locals:
         name += "_"
-    entry = flat.Reference(vector.type.element(), span, name)
-    entries = [entry if k == places[0] else a for k, a in enumerate(arguments)]
-    inner = _single(info, entries, span, env, False)
+    alone = len(places) == len(first.type.dims) == 1
+    entry = flat.Reference(first.type.element() if alone else flat.INTEGER, span, name)
+    domain = first if alone else _numbers(first, span)
+    entries = [
+        a if k not in places else entry if alone else subscripted(a, (entry,), span)
+        for k, a in enumerate(arguments)
+    ]
+    inner = vectorised(info, entries, span, env.with_local(name, entry), False)
     type_ = inner.type.with_dims((None, *inner.type.dims))
-    return flat.Comprehension(type_, span, inner, ((name, vector),))
+    alike = () if alone else tuple(arguments[k] for k in places)
+    return flat.Comprehension(type_, span, inner, ((name, domain),), alike=alike)
+
+
+def _numbers(array: flat.Expression, span: Span) -> flat.Expression:
+    """`1:size(array, 1)`."""
+    size = flat.Builtin(flat.INTEGER, span, "size", (array, integer(1, span)))
+    return flat.Range(flat.INTEGER.with_dims((None,)), span, integer(1, span), None, size)
 
 
 def _single(

@@ -14,6 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import error
+from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
 from planarc.flatten.terms.constant import NotConstant, Value
@@ -212,6 +213,10 @@ class Evaluator(Struct):
         return results[e.output or 0]
 
     def _comprehension(self, e: flat.Comprehension) -> Value:
+        sizes = dict.fromkeys(compute.shape(self.value(a))[0] for a in e.alike)
+        if len(sizes) > 1:  # of a call for each entry (12.4.6)
+            message = f"the arrays of this call differ in size: {listed(map(str, sizes))}"
+            raise error("F291", message, e.span)
         return compute.reduce(e.reduce, self._iterate(e, 0, dict(self.frame or {})))
 
     def _iterate(self, e: flat.Comprehension, k: int, frame: Frame) -> list[Value]:
