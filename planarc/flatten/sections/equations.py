@@ -16,14 +16,13 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import Miscounted, PlanarcError, Related, error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.prose import counted, listed
-from planarc.core.source import Span
 from planarc.flatten.connect.joining import all_branches, holds_connection, is_connection_operator
 from planarc.flatten.functions.calls import (
     is_builtin,
@@ -36,6 +35,7 @@ from planarc.flatten.functions.calls import (
 )
 from planarc.flatten.functions.statements import when_condition
 from planarc.flatten.refusal import for_each, too_large
+from planarc.flatten.sections.whens import check_branches
 from planarc.flatten.terms.conform import (
     NUMERIC,
     base_conforms,
@@ -53,7 +53,7 @@ from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import inside, set_by, variables_of_target
+from planarc.ir.flatwalk import variables_of_target
 
 MAX_TURNS = 200_000  # of one for-equation, all its iterators together
 
@@ -220,13 +220,17 @@ def _structural_condition(
     """The value of a condition of parameters; None when it changes while running."""
     if variability_of(condition, env.session, env.hidden) > flat.Variability.PARAMETER:
         return None
-    if env.in_when:
+    if env.in_when and (node.otherwise or not _holds_equality(node)):
         known = evaluate.literal_value(condition)
         return None if known is None else bool(known)
     if holds_connection(all_branches(node)):
         return bool(evaluate.structural_value(condition, env, "the condition of `if`"))
     value = evaluate.try_value(condition, env, mark=True)
     return None if value is None else bool(value)
+
+
+def _holds_equality(node: syntax.IfEquation) -> bool:
+    return any(isinstance(e, syntax.Equality) for e in all_branches(node))
 
 
 def count_equations(equations: Equations) -> int:
@@ -256,7 +260,10 @@ def _given_in(body: Equations) -> Counter[str]:
     found = Counter[str]()
     for equation in body:
         if isinstance(equation, flat.IfEquation):
-            found += _given_in(equation.otherwise)
+            own = Counter[str]()
+            for inner in (*(b for _, b in equation.branches), equation.otherwise):
+                own |= _given_in(inner)
+            found += own
         elif isinstance(equation, flat.Equality):
             left = equation.left
             targets = left.items if isinstance(left, flat.Targets) else (left,)
@@ -295,61 +302,8 @@ def _when(node: syntax.WhenEquation, env: Env) -> Equations:
         (when_condition(condition, env), tuple(type_equations(body, inner)))
         for condition, body in node.branches
     )
-    for _, equations in branches:
-        _expect_variables(equations)
-        _expect_once(equations)
-    _expect_alike(branches, env)
+    check_branches(branches, env)
     return (flat.WhenEquation(node.span, env.component, branches),)
-
-
-def _expect_variables(equations: Equations) -> None:
-    """A when sets variables at one instant; a derivative is what it is all the while."""
-    for equation in equations:
-        left = equation.left if isinstance(equation, flat.Equality) else None
-        if isinstance(left, flat.Builtin) and left.function == "der":
-            name = left.span.text
-            message = f"a when sets variables at one instant, and `{name}` is none"
-            hint = f"say it where `{name}` is given: `{name} = if ... then ... else ...`"
-            raise error("F301", message, equation.span, hint=hint)
-
-
-def _expect_once(equations: Equations) -> None:
-    """A branch of a when gives each variable one value: its equations have no order (8.3.5.2)."""
-    from planarc.ir.text.flat import print_expression
-
-    seen: dict[str, Span] = {}
-    for equation in equations:
-        for target in _targets(equation):
-            name = print_expression(target)
-            if name in seen:
-                message = f"`{target.span.text}` is given twice in one branch of a when"
-                hint = "keep one of them, or make an `elsewhen` of the other"
-                related = (Related("first here", seen[name]),)
-                raise PlanarcError(
-                    Miscounted("F321", message, equation.span, hint=hint, related=related)
-                )
-            seen[name] = equation.span
-
-
-def _targets(equation: flat.Equation) -> Iterator[flat.Reference]:
-    if isinstance(equation, flat.Reinit):
-        return variables_of_target(equation.variable)
-    return set_by(equation)
-
-
-def _expect_alike(branches: Sequence[tuple[flat.Expression, Equations]], env: Env) -> None:
-    """Warn in the user's own text of a branch that leaves out what another one gives: it keeps its
-    value here, and other tools refuse it (8.3.5.2)."""
-    files = env.session.library.user_files()
-    given = [{v.name for e in inside(body) for v in set_by(e)} for _, body in branches]
-    for (condition, _), names in zip(branches, given, strict=True):
-        if condition.span.source.name not in files:
-            continue
-        for name in sorted(set().union(*given) - names):
-            short = name.removeprefix(f"{env.component}.") if env.component else name
-            message = f"this branch of a `when` gives `{short}` no value, which it then keeps"
-            hint = f"write `{short} = pre({short})` in it, as other tools ask for it"
-            env.session.warn("F321", message, condition.span, hint)
 
 
 def _connect(node: syntax.Connect, env: Env) -> Equations:
