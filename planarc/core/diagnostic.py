@@ -294,6 +294,17 @@ def _names(error: Diagnostic, span: Span | None) -> bool:
     return span is not None and (error.span == span or any(r.span == span for r in error.related))
 
 
+class Misfit(PlanarcError):
+    """Sizes of arrays that do not fit together, told with the calls that give them."""
+
+    def called(self, span: Span) -> Misfit:
+        """The same, met in a call; of calls inside each other the first and the last are told."""
+        found = self.diagnostics[0]
+        inner = found.related[:1]
+        outer = () if any(r.span == span for r in inner) else (Related("called here", span),)
+        return Misfit(replace(found, related=(*inner, *outer)))
+
+
 class UsageError(PlanarcError):
     """The request itself is wrong (a missing file, an unknown option value): exit code 2."""
 

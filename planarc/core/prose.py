@@ -1,7 +1,8 @@
 """Lists and counts as messages word them.
 
 Example: `listed(["a", "b", "c"])` is "a, b and c", `ticked(["a", "b"])` is "`a`, `b`",
-`shortened(names, 3)` is "a, b, c and 5 more", `counted(2, "alias")` is "2 aliases".
+`shortened(names, 3)` is "a, b, c and 5 more", `counted(2, "alias")` is "2 aliases",
+`sized([(3,), (2, 3)])` is "the sizes 3 and 2 by 3".
 """
 
 from __future__ import annotations
@@ -37,6 +38,12 @@ def shortened(parts: Sequence[str], most: int) -> str:
 def counted(number: int, noun: str) -> str:
     """`1 equation`, `2 equations`, `2 aliases`."""
     return f"{number} {noun}" if number == 1 else f"{number} {plural(noun)}"
+
+
+def sized(shapes: Iterable[Sequence[int | None]]) -> str:
+    """`the size 3`, `the sizes 3 and 2 by any`: of arrays, by their dimensions."""
+    texts = [" by ".join("any" if n is None else str(n) for n in shape) for shape in shapes]
+    return f"the {'size' if len(texts) == 1 else 'sizes'} {listed(texts)}"
 
 
 def plural(noun: str) -> str:

@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, Misfit
+from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.expr import Expr, Exprs
 from planarc.lower import scalar
 from planarc.lower.scope import Scope, outside_array, unsupported
-from planarc.lower.values import RecordValue, Text, Value, expr, exprs, fixed_dims
-from planarc.runtime.tensor import Tensor, elements, stack
+from planarc.lower.values import RecordValue, Text, Value, expect_size, expr, exprs, fixed_dims
+from planarc.runtime.tensor import Tensor, elements, shape_of, stack
 
 
 def zero_of(type_: flat.Type, table: Exprs) -> Value:
@@ -37,6 +38,8 @@ def store(scope: Scope, values: dict[str, Value], target: flat.Target, value: Va
         parts = value.rows() if isinstance(value, Tensor) else ()
         if isinstance(value, RecordValue):
             parts = tuple(v for _, v in value.fields)
+        if len(parts) != len(target.items):
+            raise _unlike(len(target.items), len(parts), target.span)
         for item, part in zip(target.items, parts, strict=True):
             assert isinstance(item, flat.Reference | flat.Record | flat.Array)
             store(scope, values, item, part)
@@ -48,6 +51,11 @@ def store(scope: Scope, values: dict[str, Value], target: flat.Target, value: Va
         part = _Part(scope, value, target.span)
         value = part.put_in(scope.value(whole, target.span), path, target.subscripts)
     values[whole] = value
+
+
+def _unlike(entries: int, values: int, span: Span) -> Misfit:
+    message = f"{entries} entries cannot be given {counted(values, 'value')}"
+    return Misfit(Diagnostic("L331", message, span))
 
 
 class _Part(Data):
@@ -110,15 +118,19 @@ class _Part(Data):
         if many and isinstance(self.value, Tensor):
             parts = [replace(self, value=row) for row in self.value.rows()]
         if len(parts) != len(positions):
-            message = f"{len(positions)} entries cannot be given {len(parts)} values"
-            raise error("L331", message, self.span)
+            raise _unlike(len(positions), len(parts), self.span)
         items = list(old.items)
         for position, part in zip(positions, parts, strict=True):
             if not 0 <= position < count:
                 raise outside_array(position + 1, count, self.span)
-            new = part.put_at(old.row(position), rest)
+            new = part.put_in_row(old.row(position), rest)
             items[position * size : (position + 1) * size] = elements(new)
         return Tensor(old.shape, tuple(items))
+
+    def put_in_row(self, row: Value, rest: flat.Expressions) -> Value:
+        new = self.put_at(row, rest)
+        expect_size(f"`{self.span.text}`", shape_of(row), new, self.span)
+        return new
 
     def _put_somewhere(self, old: Tensor, place: Expr, rest: flat.Expressions) -> Value:
         """Each row is the new one where the place, known only while running, is its number."""
@@ -127,5 +139,5 @@ class _Part(Data):
         rows = []
         for number, row in enumerate(old.rows(), start=1):
             here = scope.table.equal(place, scope.table.const(number))
-            rows.append(scalar.choose(scope, here, self.put_at(row, rest), row, self.span))
+            rows.append(scalar.choose(scope, here, self.put_in_row(row, rest), row, self.span))
         return stack(rows, old.shape[1:])

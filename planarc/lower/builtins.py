@@ -13,7 +13,7 @@ from planarc.lower import delays, rounding, texts
 from planarc.lower.lefts import left_limit
 from planarc.lower.operators import relation
 from planarc.lower.scope import Scope, unsupported
-from planarc.lower.values import Text, Value, expr, exprs
+from planarc.lower.values import Text, Value, expect_alike, expr, exprs, misfit_of
 from planarc.runtime import elementary, tensor
 from planarc.runtime.tensor import TooLarge, each, product, shape_of, stack
 
@@ -30,9 +30,9 @@ def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) 
         if function in _BUILTINS:
             return _BUILTINS[function](scope, arguments, span)
     except (IndexError, ValueError, TooLarge):  # sizes that are known only now
-        message = f"`{function}` cannot take arguments of these sizes"
-        raise error("L314", message, span) from None
+        raise misfit_of(function, arguments, span) from None
     if function in elementary.TABLE:
+        expect_alike(function, arguments, span)
         return each(lambda *a: table.call(function, *a), *arguments)
     raise unsupported(f"`{function}` (Modelica specification, section 3.7)", span)
 

@@ -21,6 +21,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Severity, error
+from planarc.core.prose import sized
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr, Op, symbols
@@ -146,7 +147,8 @@ def _matched(scope: Scope, left: Value, right: Value, span: Span) -> Iterator[Pa
             yield from _matched(scope, value, right.field(name), span)
         return
     if shape_of(left) != shape_of(right):
-        raise error("L344", f"dimensions {shape_of(left)} and {shape_of(right)} do not agree", span)
+        sizes = sized([shape_of(left), shape_of(right)])
+        raise error("L344", f"the sides of the equation have {sizes}", span)
     for a, b in zip(elements(left), elements(right), strict=True):
         if isinstance(a, RecordValue):
             yield from _matched(scope, a, b, span)

@@ -22,12 +22,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from math import prod
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Related, error
+from planarc.core.diagnostic import Diagnostic, Misfit, Related, error
+from planarc.core.prose import sized
 from planarc.core.source import Span
 from planarc.ir import flat
 from planarc.ir.calculus import partial
@@ -36,7 +36,7 @@ from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, wit
 from planarc.lower import scalar
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Runner
-from planarc.lower.values import FunctionValue, RecordValue, Value, expr
+from planarc.lower.values import FunctionValue, RecordValue, Value, conform, expr
 from planarc.runtime import elementary
 from planarc.runtime.tensor import Tensor, each
 
@@ -120,7 +120,7 @@ def _by_cases(scope: Scope, call: _Call) -> tuple[Value, ...]:
     for number in range(entries, -1, -1):  # a range up to zero is empty
         numbers[unknown[0]] = place = scope.table.const(number)
         here = scope.table.equal(at, place)
-        with suppress(OutsideArray):  # from here it would go on beyond the last entry
+        with suppress(OutsideArray, Misfit):  # from here it would go on beyond the last entry
             case = _results(scope.where(here), replace(call, arguments=numbers))
             found = tuple(
                 scalar.choose(scope, here, new, old, call.span)
@@ -184,10 +184,12 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
         _refuse_argument(runner, variable, call)
     asserted, count = scope.model.assertions, len(scope.model.assertions)
     with scope.model.undone_on_error():
-        for variable in (*function.outputs, *function.locals):
-            runner.declare(variable)
         try:
+            for variable in (*function.outputs, *function.locals):
+                runner.declare(variable)
             runner.run_body(function.body)
+        except Misfit as problem:
+            raise problem.called(call.span) from None
         except OutsideArray as problem:
             raise runner.outside(problem) from None
     asserted[count:] = [scope.model.called(a, call.span) for a in asserted[count:]]
@@ -197,7 +199,6 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
         related = (Related("the function", function.span),)
         raise UnknownCourse(Diagnostic("L321", message, call.span, related=related))
     for variable in function.outputs:
-        _refuse_misfit(runner, variable, call.span)
         if variable.name in runner.unset.conditions:
             message = f"`{function.name}` gives its output `{variable.name}` no value"
             runner.here().keep_set(variable.name, message, variable.span)
@@ -211,30 +212,10 @@ def _refuse_argument(runner: Runner, variable: flat.Variable, call: _Call) -> No
     if not sizes or not isinstance(value, Tensor) or not names_in(sizes) <= runner.values.keys():
         return
     wanted = runner.dims(variable)
-    if not _agree(wanted, value):
-        needed = " by ".join("any" if n is None else str(n) for n in wanted)
-        given = " by ".join(map(str, value.shape))
+    if not conform(wanted, value.shape):
         what = f"the input `{variable.name}` of `{call.function.name}`"
-        message = f"{what} must have the size {needed}, but has the size {given}"
+        message = f"{what} must have {sized([wanted])}, but has {sized([value.shape])}"
         raise error("L331", message, call.span, related=(Related("the input", variable.span),))
-
-
-def _agree(wanted: flat.Dims, value: Tensor) -> bool:
-    return len(wanted) == len(value.shape) and all(
-        w in (None, n) for w, n in zip(wanted, value.shape, strict=True)
-    )
-
-
-def _refuse_misfit(runner: Runner, variable: flat.Variable, call: Span) -> None:
-    """Refuse a result of other sizes than its declaration says."""
-    value = runner.values[variable.name]
-    if not variable.type.dims or not isinstance(value, Tensor):
-        return
-    wanted = runner.dims(variable)
-    if not _agree(wanted, value):
-        count = prod(d or 0 for d in wanted)
-        message = f"`{variable.name}` has {count} entries, its value {len(value.items)}"
-        raise error("L331", message, variable.span, related=(Related("the call", call),))
 
 
 def _started(scope: Scope, call: _Call) -> Runner:

@@ -9,7 +9,7 @@ from planarc.core.source import Span
 from planarc.ir.expr import Expr, Exprs, brief
 from planarc.lower import texts
 from planarc.lower.scope import Scope
-from planarc.lower.values import Text, Value, expr
+from planarc.lower.values import Text, Value, expect_fit, expr
 from planarc.runtime.tensor import Tensor, each, power, product, shape_of
 
 MAX_PRODUCTS = 10_000_000  # in one product of matrices
@@ -18,6 +18,7 @@ MAX_PRODUCTS = 10_000_000  # in one product of matrices
 def binary(scope: Scope, op: str, a: Value, b: Value, span: Span) -> Value:
     """`op` of `+ - * / ^ .+ .- .* ./ .^ and or`, or a relation."""
     t = scope.table
+    expect_fit(op, a, b, span)
     if isinstance(a, Text) and isinstance(b, Text):
         return texts.binary(t, op, a, b, span)
     match op:

@@ -28,7 +28,7 @@ from planarc.ir.expr import Expr
 from planarc.lower import builtins, texts
 from planarc.lower.operators import binary
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array
-from planarc.lower.values import FunctionValue, RecordValue, Text, Value, expr
+from planarc.lower.values import FunctionValue, RecordValue, Text, Value, expect_size, expr, stacked
 from planarc.runtime.tensor import Tensor, each, elements, shape_of, stack
 
 #: Entries of one range.
@@ -128,7 +128,7 @@ def choose(scope: Scope, condition: Any, then: Value, otherwise: Value, span: Sp
 
 def _array(scope: Scope, e: flat.Array) -> Value:
     inner = tuple(n or 0 for n in e.type.dims[1:])
-    return stack([lower_expression(scope, item) for item in e.items], inner)
+    return stacked([lower_expression(scope, item) for item in e.items], inner, e.span)
 
 
 def range_bounds(scope: Scope, e: flat.Range) -> tuple[Expr, Expr, Expr]:
@@ -250,10 +250,12 @@ def _field(scope: Scope, e: flat.Field) -> Value:
 
 
 def _record(scope: Scope, e: flat.Record) -> Value:
-    names = (name for name, _ in e.type.fields)
-    return RecordValue(
-        tuple((n, lower_expression(scope, i)) for n, i in zip(names, e.items, strict=True))
-    )
+    fields: list[tuple[str, Value]] = []
+    for (name, type_), item in zip(e.type.fields, e.items, strict=True):
+        value = lower_expression(scope, item)
+        expect_size(f"`{name}`", type_.dims, value, item.span)
+        fields.append((name, value))
+    return RecordValue(tuple(fields))
 
 
 def _builtin(scope: Scope, e: flat.Builtin) -> Value:
@@ -341,7 +343,7 @@ def _comprehension(scope: Scope, e: flat.Comprehension) -> Value:
         inner = [
             rows(replace(at, locals={**(at.locals or {}), name: x}), tuple(others)) for x in entries
         ]
-        return stack(inner)
+        return stacked(inner, (), e.span)
 
     value = rows(scope, e.iterators)
     return value if e.reduce == "array" else builtins.call(scope, e.reduce, (value,), e.span)

@@ -23,7 +23,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Related, error
+from planarc.core.diagnostic import Diagnostic, Misfit, Related, error
 from planarc.core.prose import both, listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
@@ -33,7 +33,7 @@ from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
 from planarc.lower.unset import Unset, join
-from planarc.lower.values import Value, expr, fixed_dims, known_of
+from planarc.lower.values import Value, expect_size, expr, fixed_dims, known_of
 from planarc.runtime.tensor import elements, shape_of
 
 MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
@@ -79,6 +79,7 @@ class Runner(Struct):
     forks: list[tuple[Expr, Runner]] = field(default_factory=list)  # other ways, not yet run
     ways: list[int] = field(default_factory=lambda: [1])  # counted over all ways of the call
     turns: list[int] = field(default_factory=lambda: [0])  # likewise
+    sizes: dict[str, flat.Dims] = field(default_factory=dict)  # of the variables declared
     unset: Unset = Unset()  # where some of `values` have none, in a function
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
@@ -150,10 +151,13 @@ class Runner(Struct):
     # Values
 
     def declare(self, variable: flat.Variable) -> None:
+        self.sizes[variable.name] = dims = self.dims(variable)
         if variable.binding is not None:
-            self.values[variable.name] = self.value(variable.binding)
+            value = self.value(variable.binding)
+            expect_size(f"`{variable.name}`", dims, value, variable.binding.span)
+            self.values[variable.name] = value
             return
-        type_ = variable.type.with_dims(_unwritten(variable, self.dims(variable)))
+        type_ = variable.type.with_dims(_unwritten(variable, dims))
         has_parts = type_.base is flat.Base.RECORD or bool(type_.dims)
         if has_parts and None not in type_.dims:
             # Entries and fields may be assigned one by one; until then they are zero, and
@@ -219,7 +223,7 @@ class Runner(Struct):
 
     def assign(self, s: flat.Assignment) -> None:
         here = self.here()
-        store(here, self.values, s.target, scalar.lower_expression(here, s.value))
+        self._store(here, s.target, scalar.lower_expression(here, s.value))
         self._set(s)
 
     def assign_tuple(self, s: flat.TupleAssignment) -> None:
@@ -228,8 +232,14 @@ class Runner(Struct):
         results = here.model.inline(here, s.value.function, given, s.span)
         for target, value in zip(s.targets, results, strict=False):
             if target is not None:
-                store(self.here(), self.values, target, value)
+                self._store(self.here(), target, value)
         self._set(s)
+
+    def _store(self, here: Scope, target: flat.Target, value: Value) -> None:
+        if isinstance(target, flat.Reference) and not target.subscripts:
+            sizes = self.sizes.get(target.name, target.type.dims)
+            expect_size(f"`{target.name}`", sizes, value, target.span)
+        store(here, self.values, target, value)
 
     def _set(self, s: flat.Assignment | flat.TupleAssignment) -> None:
         if self.unset.conditions:
@@ -302,7 +312,7 @@ class Runner(Struct):
             try:
                 with self.scope.model.undone_on_error():
                     self._unknown_branch(here, s.body, nothing)
-            except OutsideArray as problem:
+            except (OutsideArray, Misfit) as problem:
                 self.values, self.path, self.unset = before.values, before.path, before.unset
                 self.frames, self.forks = before.frames, before.forks
                 self._must_hold(t.not_(here), problem.diagnostics[0])

@@ -13,10 +13,11 @@ Reference: Modelica Language Specification 3.6, sections 10.3, 10.4.2 and 10.6.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar, cast
 
 from planarc.core.data import Data
+from planarc.core.prose import sized
 
 V = TypeVar("V")  # a value: a scalar or a `Tensor`
 
@@ -64,11 +65,36 @@ def stack(rows: Sequence[Any], inner: tuple[int, ...] = ()) -> Tensor:
     return Tensor((len(rows), *shape), tuple(x for r in rows for x in r.items))
 
 
+def alike(shapes: Iterable[tuple[int, ...]]) -> bool:
+    """Whether arrays fit entry by entry. A scalar fits any; of nothing not all sizes are known."""
+    return len({s if math.prod(s) else (0,) for s in shapes if s}) < 2
+
+
+def unfit(operator: str, a: tuple[int, ...], b: tuple[int, ...]) -> str | None:
+    """What keeps an operator from joining values of these shapes (10.6), whose types fit."""
+    if operator == "^":
+        return f"`^` needs a square matrix, not one of {sized([a])}" if len({*a}) > 1 else None
+    fits = a[-1] == b[0] if operator == "*" and a and b else alike((a, b))
+    return None if fits else f"`{operator}` cannot join arrays of {sized([a, b])}"
+
+
+def untaken(function: str, shapes: Iterable[tuple[int, ...]]) -> str:
+    """That a function cannot take arguments of these shapes."""
+    arrays = [s for s in shapes if s]
+    if not arrays:
+        return f"`{function}` cannot take arguments of these sizes"
+    what = "an array" if len(arrays) == 1 else "arrays"
+    return f"`{function}` cannot take {what} of {sized(arrays)}"
+
+
 def each(function: Callable[..., V], *values: V) -> V:
     """A scalar function on every entry; scalars stand for arrays of the others' shape."""
-    shape = next((v.shape for v in values if isinstance(v, Tensor)), None)
-    if shape is None:
+    shapes = [v.shape for v in values if isinstance(v, Tensor)]
+    if not shapes:
         return function(*values)
+    if len(shapes) > 1 and not alike(shapes):
+        raise ValueError
+    shape = shapes[0]
     size = math.prod(shape)
     columns = [v.items if isinstance(v, Tensor) else (v,) * size for v in values]
     items = tuple([function(*row) for row in zip(*columns, strict=True)])
@@ -153,6 +179,8 @@ def transpose(t: Any, a: Tensor) -> Tensor:
 
 def _cross(t: Any, a: Tensor, b: Tensor) -> Tensor:
     x, y = a.items, b.items
+    if not len(x) == len(y) == 3:
+        raise ValueError
     return stack([t.sub(t.mul(x[i], y[j]), t.mul(x[j], y[i])) for i, j in ((1, 2), (2, 0), (0, 1))])
 
 
@@ -166,17 +194,29 @@ def _outer_product(t: Any, a: Tensor, b: Tensor) -> Tensor:
 
 
 def _symmetric(t: Any, a: Tensor) -> Tensor:
-    n = a.shape[1]
+    rows, n = a.shape
+    if rows != n:
+        raise ValueError
     return _made(a.shape, lambda r, c: a.items[min(r, c) * n + max(r, c)])
+
+
+def _scalar(t: Any, value: Any) -> Any:
+    (item,) = elements(value)
+    return item
 
 
 def _vector(t: Any, value: Any) -> Tensor:
     items = elements(value)
+    if sum(n != 1 for n in shape_of(value)) > 1:
+        raise ValueError
     return Tensor((len(items),), items)
 
 
 def _matrix(t: Any, value: Any) -> Tensor:
-    return Tensor((*shape_of(value), 1, 1)[:2], elements(value))
+    rows, columns, *inner = (*shape_of(value), 1, 1)
+    if any(n != 1 for n in inner):
+        raise ValueError
+    return Tensor((rows, columns), elements(value))
 
 
 def concatenate(t: Any, dimension: int, *values: Any) -> Tensor:
@@ -204,7 +244,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "skew": _skew,
     "outerProduct": _outer_product,
     "symmetric": _symmetric,
-    "scalar": lambda t, value: elements(value)[0],
+    "scalar": _scalar,
     "vector": _vector,
     "matrix": _matrix,
     "cat": concatenate,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planarc.core.nearest import did_you_mean, nearest
-from planarc.core.prose import both, counted, either, listed, shortened, ticked
+from planarc.core.prose import both, counted, either, listed, shortened, sized, ticked
 
 
 def test_lists() -> None:
@@ -16,6 +16,8 @@ def test_lists() -> None:
     assert either("ab") == "`a` or `b`"
     assert shortened("abcd", 3) == "a, b, c and 1 more"
     assert shortened("abc", 3) == "a, b, c"
+    assert sized([(3,)]) == "the size 3"
+    assert sized([(3,), (2, None)]) == "the sizes 3 and 2 by any"
 
 
 @pytest.mark.parametrize(

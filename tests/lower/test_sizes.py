@@ -76,3 +76,135 @@ def test_a_range_from_beyond_its_end_is_empty_however_far() -> None:
     """As far as its number of steps is no number."""
     result = planarc.load("model M Real x = 1 + sum(1e308:1e-300:1e300); end M;").simulate(1.0)
     assert result.at("x", 1.0) == 1.0
+
+
+VECTORS = "function f input Real x[:]; output Real y; protected %s algorithm %s end f;"
+
+
+@pytest.mark.parametrize(
+    ("local", "statement", "message"),
+    [
+        ("", "y := sum(x + {1, 2});", r"L314.*`\+` cannot join .*the sizes 3 and 2"),
+        ("", "y := sum(x*{1, 2});", r"L314.*`\*` cannot join .*the sizes 3 and 2"),
+        ("", "y := sum(x.^{1, 2});", r"L314.*the sizes 3 and 2"),
+        ("", "y := x*x[1:2];", r"L314.*the sizes 3 and 2"),
+        ("", "y := sum([1, 2; 3, 4]*x);", r"L314.*the sizes 2 by 2 and 3"),
+        ("", "y := sum(outerProduct(x, {1, 2})*x);", r"L314.*the sizes 3 by 2 and 3"),
+        ("", "y := sum([x]^2);", r"L314.*`\^` needs a square .*the size 3 by 1"),
+        ("", "y := sum(atan2(x, {1, 2}));", r"L314.*`atan2` cannot .*the sizes 3 and 2"),
+        ("", "y := scalar(x);", r"L314.*`scalar` cannot take .*the size 3"),
+        ("", "y := sum(vector(outerProduct(x, x)));", r"L314.*the size 3 by 3"),
+        ("", "y := sum(cross(cat(1, x, {1}), {1, 2, 3}));", r"L314.*the sizes 4 and 3"),
+        ("", "y := sum({x, {1, 2}});", r"L314.*the sizes 3 and 2"),
+        ("", "y := sum([x, {1, 2}]);", r"L314.*`\[\.\.\.\]` .*the sizes 3 by 1 and 2 by 1"),
+        ("", "y := sum({{j for j in 1:i} for i in 1:size(x, 1)});", r"L314.*the sizes 1 and 2"),
+        (
+            "Boolean s[:];",
+            "s := {v > 0 for v in x}; y := if max(s and {true}) then 1 else 0;",
+            "L314",
+        ),
+        ("Real z[2];", "z := x; y := sum(z);", r"L331.*`z` has the size 2, its value the size 3"),
+        ("Real z[2] = x;", "y := sum(z);", r"L331.*`z` has the size 2, its value the size 3"),
+        ("Real z[size(x, 1) - 1];", "z := x; y := sum(z);", r"L331.*the size 2"),
+        ("Real z[2, 2];", "z := {x, x}; y := sum(z);", r"L331.*2 by 2, its value the size 2 by 3"),
+        ("Real z[2, 2];", "z[1] := x; y := sum(z);", r"L331.*`z\[1\]` has the size 2"),
+        ("R r;", "r.a := x; y := sum(r.a);", r"L331.*`r.a` has the size 2"),
+        ("R r;", "r := R(x); y := sum(r.a);", r"L331.*`a` has the size 2"),
+    ],
+)
+@pytest.mark.parametrize("call", ["f({time, 2, 3})", "p; parameter Real p = f({1, 2, 3})"])
+def test_sizes_that_do_not_fit_in_a_call_are_told_with_it(
+    local: str, statement: str, message: str, call: str
+) -> None:
+    with pytest.raises(planarc.PlanarcError, match="(?s)" + message) as refused:
+        planarc.load(f"""
+        model M
+          record R Real a[2]; end R; {VECTORS % (local, statement)}
+          Real y = {call};
+        end M;
+        """)
+    (told,) = refused.value.diagnostics
+    assert [r.message for r in told.related] == ["called here"]
+
+
+def test_of_calls_inside_each_other_the_first_and_the_last_are_told() -> None:
+    with pytest.raises(planarc.PlanarcError, match="L314") as refused:
+        planarc.load(f"""
+        model M
+          {VECTORS % ("", "y := x*{1, 2};")}
+          function g input Real x[:]; output Real y; algorithm y := f(x); end g;
+          function h input Real x[:]; output Real y; algorithm y := g(x); end h;
+          Real y = h({{time, 2, 3}});
+        end M;
+        """)
+    places = [r.span.text for r in refused.value.diagnostics[0].related if r.span]
+    assert places == ["f(x)", "h({time, 2, 3})"]
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("y := integer(x*{1, 2});", r"F274.*`\*` cannot join .*the sizes 3 and 2"),
+        ("y := integer(sum(x - {1, 2}));", r"F274.*the sizes 3 and 2"),
+        ("y := integer(scalar(x));", r"F291.*`scalar` cannot take .*the size 3"),
+        ("y := integer(sum(atan2(x, {1, 2})));", r"F291.*the sizes 3 and 2"),
+        ("y := integer(sum({x, {1, 2}}));", r"F272.*the sizes 3 and 2"),
+        ("z := x; y := 1;", r"F270.*`z` has the size 2, its value the size 3"),
+    ],
+)
+def test_sizes_that_do_not_fit_in_a_call_that_gives_a_size(statement: str, message: str) -> None:
+    function = VECTORS % ("Real z[2];", statement)
+    with pytest.raises(planarc.PlanarcError, match="(?s)" + message) as refused:
+        planarc.load(f"""
+        model M
+          {function.replace("output Real", "output Integer")}
+          parameter Integer n = f({{1, 2, 3}});
+          Real q[n] = fill(time, n);
+        end M;
+        """)
+    assert [r.message for r in refused.value.diagnostics[0].related] == ["called here"]
+
+
+def test_arrays_without_entries_fit() -> None:
+    result = planarc.load("""
+    model M
+      function f
+        input Integer n; input Real u; output Real y;
+      protected
+        Real a[0, n] = zeros(0, n); Real z[:];
+      algorithm
+        y := u + sum(a*identity(n)) + sum(a + zeros(0, n));
+        z := {y for i in 1:n - 3}; z := cat(1, z, {y});
+        y := sum(z);
+      end f;
+      parameter Integer n = integer(f(3, 2));
+      Real q[n] = fill(f(3, time), n);
+    end M;
+    """).simulate(1.0)
+    assert result.at("q[2]", 1.0) == 1.0
+
+
+def test_a_slice_that_fits_for_some_ends_only_ends_the_run_at_others() -> None:
+    model = planarc.load("""
+    model M
+      function f input Real x[:]; input Integer m; output Real y; algorithm y := x[1:m]*x; end f;
+      Integer m = if time > 0.5 then 2 else 3; Real y = f({1, 2, time}, m);
+    end M;
+    """)
+    assert model.simulate(0.25).at("y", 0.25) == 5.0625
+    with pytest.raises(planarc.PlanarcError, match=r"t = 0\.5"):
+        model.simulate(1.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("Real y[2] = f({time, 2, 3});", r"L344.*the sizes 2 and 3"),
+        ("Real y[2]; algorithm y := f({time, 2, 3});", r"L331.*the size 2, .*the size 3"),
+        ("Real y = f({time, 2, 3})*f({1, 2});", r"L314.*the sizes 3 and 2"),
+    ],
+)
+def test_a_result_of_any_size_fits_where_it_stands(body: str, message: str) -> None:
+    function = "function f input Real v[:]; output Real w[:]; algorithm w := v; end f;"
+    with pytest.raises(planarc.PlanarcError, match="(?s)" + message):
+        planarc.load(f"model M {function} {body} end M;")

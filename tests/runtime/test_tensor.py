@@ -64,3 +64,25 @@ def test_arrays_without_entries() -> None:
 def test_what_is_too_large_is_not_begun() -> None:
     with pytest.raises(TooLarge):
         tensor.identity(Numbers, 1_000_000)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("scalar", (U,)),
+        ("vector", (A,)),
+        ("matrix", (A.reshape(1, 2, 3),)),
+        ("symmetric", (A,)),
+        ("cross", (np.array([1.0, 2.0, 3.0, 4.0]), U)),
+        ("cat", (2, A, S[:1])),
+    ],
+)
+def test_sizes_that_do_not_fit_a_function(name: str, arguments: tuple[Any, ...]) -> None:
+    with pytest.raises(ValueError):
+        tensor.apply(Numbers, name, int, [given(a) for a in arguments])
+
+
+def test_arrays_of_as_many_entries_need_not_be_alike() -> None:
+    with pytest.raises(ValueError):
+        each(max, given(A), given(A.T))
+    assert each(max, tensor_of([], (0, 2)), tensor_of([])).items == ()

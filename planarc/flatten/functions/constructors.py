@@ -11,7 +11,7 @@ from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
 from planarc.flatten.functions.variables import record_type
-from planarc.flatten.terms.conform import expect
+from planarc.flatten.terms.conform import expect, unify_dims
 from planarc.flatten.terms.select import array
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import node_of, static_instance
@@ -55,7 +55,8 @@ def _complete(values: flat.Named, node: syntax.Call, cls: Class, env: Env) -> fl
         if name not in values:
             values[name] = _default(cls, name, values, node, env)
         expect(type_, values[name], f"the field `{name}` of `{cls.name}`")
-        fields.append((name, type_.with_dims(values[name].type.dims)))
+        dims = unify_dims(type_.dims, values[name].type.dims)
+        fields.append((name, type_.with_dims(dims)))
         items.append(values[name])
     whole = flat.Type(flat.Base.RECORD, (), cls.name, (), tuple(fields))
     return flat.Record(whole, node.span, tuple(items))

@@ -10,13 +10,14 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from planarc.core.diagnostic import PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, Misfit, PlanarcError, error
+from planarc.core.prose import sized
 from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.ir import flat
 from planarc.runtime import elementary, tensor
 from planarc.runtime.elementary import Result
-from planarc.runtime.tensor import Tensor, TooLarge, power, product
+from planarc.runtime.tensor import Tensor, TooLarge, alike, power, product, unfit, untaken
 
 #: operators that give their (first) argument when nothing changes in time
 IDENTITIES = frozenset({"noEvent", "smooth", "homotopy", "pre"})
@@ -54,13 +55,18 @@ def unary(op: str, value: Value) -> Value:
     return each(operator.not_ if op == "not" else operator.neg, value)
 
 
-def binary(op: str, left: Value, right: Value, span: Span) -> Value:
+def binary(e: flat.Binary, left: Value, right: Value) -> Value:
+    op, span = e.op, e.span
+    if isinstance(left, list) and left and right != []:  # whose further sizes are not hidden
+        message = unfit(op, shape(left), shape(right))
+        if message is not None:
+            raise Misfit(Diagnostic("F274", message, span))
     try:
         if op in _ELEMENTWISE:
             return each(_ELEMENTWISE[op], left, right)
         if op == "^":
             return _matrix_power(left, right) if isinstance(left, list) else _power(left, right)
-        return multiply(left, right)
+        return multiply(left, right, e.left.type.dims, e.right.type.dims)
     except ZeroDivisionError:
         raise error("F283", "division by zero in a constant expression", span) from None
     except (ValueError, OverflowError) as problem:
@@ -106,13 +112,13 @@ _ELEMENTWISE: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
-def multiply(a: Value, b: Value) -> Value:
+def multiply(a: Value, b: Value, dims_a: flat.Dims, dims_b: flat.Dims) -> Value:
     """`*` by the operands' dimensions (10.6.4)."""
     if not isinstance(a, list) or not isinstance(b, list):
         return each(_times, a, b)
     if math.prod(shape(a)) * math.prod(shape(b)[1:]) > MAX_PRODUCTS:
         raise NotConstant("the matrices are too large")
-    return nested(product(Numbers, tensor_of(a), tensor_of(b)))
+    return nested(product(Numbers, tensor_of(a, dims_a), tensor_of(b, dims_b)))
 
 
 def _matrix_power(base: Value, exponent: Value) -> Value:
@@ -169,6 +175,17 @@ def entry(value: list[Value], index: Any, span: Span) -> Value:
     if not 1 <= place <= len(value):
         raise error("F219", f"the index {place} is outside of 1 to {len(value)}", span)
     return value[place - 1]
+
+
+def row(values: list[Value], e: flat.Expression) -> list[Value]:
+    """Entries of an array, refused where their sizes differ."""
+    if len(e.type.dims) > 1:
+        sizes = list(map(shape, values))
+        other = next((s for s in sizes if s != sizes[0]), None)
+        if other is not None:
+            message = f"the entries of an array have {sized([sizes[0], other])}"
+            raise Misfit(Diagnostic("F272", message, e.span))
+    return values
 
 
 def reduce(kind: str, values: list[Value]) -> Value:
@@ -228,7 +245,7 @@ def apply(values: list[Value], e: flat.Builtin) -> Value:
     except ZeroDivisionError:
         raise error("F283", "division by zero in a constant expression", e.span) from None
     except (ValueError, OverflowError, IndexError):
-        raise _no_value(e, values) from None
+        raise _refused(e, values) from None
     except TooLarge:
         raise NotConstant("the array is too large", e.span) from None
     except TypeError:
@@ -240,6 +257,8 @@ def apply(values: list[Value], e: flat.Builtin) -> Value:
 def _result(e: flat.Builtin, values: list[Value]) -> Value:
     function = scalar(e.function)
     if function is not None:
+        if not alike(map(shape, values)):
+            raise ValueError
         return each(function, *values)
     if e.function in _FUNCTIONS:
         return _FUNCTIONS[e.function](*values)  # type: ignore[no-any-return]
@@ -252,7 +271,11 @@ def _result(e: flat.Builtin, values: list[Value]) -> Value:
 _NUMBERS: dict[flat.Base, type] = {flat.Base.REAL: float, flat.Base.INTEGER: int}
 
 
-def _no_value(e: flat.Builtin, values: list[Value]) -> PlanarcError:
+def _refused(e: flat.Builtin, values: list[Value]) -> PlanarcError:
+    """The error of numbers, or of sizes, that a function cannot take."""
+    sizes = [s for v in values if (s := shape(v))]
+    if sizes and (e.function in tensor.FUNCTIONS or not alike(sizes)):
+        return Misfit(Diagnostic("F291", untaken(e.function, sizes), e.span))
     shown = ", ".join(str(v) for v in values)
     return error("F283", f"`{e.function}({shown[:60]})` has no value", e.span)
 

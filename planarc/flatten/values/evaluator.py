@@ -63,7 +63,7 @@ class Evaluator(Struct):
                         return self.value(value)
                 return self.value(e.otherwise)
             case flat.Array():
-                return [self.value(i) for i in e.items]
+                return compute.row([self.value(i) for i in e.items], e)
             case flat.Range():
                 return self._range(e)
             case flat.Index():
@@ -87,7 +87,7 @@ class Evaluator(Struct):
             return False
         if e.op == "or" and left is True:
             return True
-        result = compute.binary(e.op, left, self.value(e.right), e.span)
+        result = compute.binary(e, left, self.value(e.right))
         if e.type.base is flat.Base.REAL and not e.type.dims and isinstance(result, int):
             return float(result)
         return result
@@ -230,4 +230,4 @@ class Evaluator(Struct):
             inner = self._iterate(e, k + 1, {**frame, name: value})
             nested = e.reduce == "array" and k + 1 < len(e.iterators)
             found += [inner] if nested else inner
-        return found
+        return compute.row(found, e)

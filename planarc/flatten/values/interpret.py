@@ -11,8 +11,8 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any, Protocol
 
-from planarc.core.diagnostic import error
-from planarc.core.prose import counted
+from planarc.core.diagnostic import Diagnostic, Misfit, error
+from planarc.core.prose import counted, sized
 from planarc.core.source import Span
 from planarc.flatten.terms.constant import NotConstant, Value
 from planarc.flatten.tree.nodes import Session
@@ -50,30 +50,35 @@ class _Run:
     def __init__(self, function: flat.Function, caller: Caller) -> None:
         self.function = function
         self.frame: dict[str, Value] = {}
+        self.sizes: dict[str, flat.Dims] = {}  # as they are declared
         self.evaluator = caller.called(self.frame)
         self.value = self.evaluator.value
         self.steps = 0
 
     def declare(self, variable: flat.Variable) -> None:
+        self.sizes[variable.name] = dims = self._dims(variable)
         if variable.binding is not None:
-            self.frame[variable.name] = self.value(variable.binding)
+            value = self.value(variable.binding)
+            _expect_size(variable.name, dims, value, variable.binding.span)
+            self.frame[variable.name] = value
         else:
-            self.frame[variable.name] = self._empty(variable)
+            self.frame[variable.name] = _empty(variable.type, dims)
 
-    def _empty(self, variable: flat.Variable) -> Value:
-        dims = []
+    def _dims(self, variable: flat.Variable) -> flat.Dims:
+        """The dimensions, with those that depend on the inputs computed."""
+        dims: list[int | None] = []
         for k, size in enumerate(variable.type.dims):
             expression = variable.sizes[k] if k < len(variable.sizes) else None
             known = self.value(expression) if expression is not None else size
-            dims.append(int(known) if isinstance(known, int) else 0)
-        return compute.fill(_default(variable.type), *dims) if dims else _default(variable.type)
+            dims.append(known if isinstance(known, int) else None)
+        return tuple(dims)
 
     def external(self, span: Span) -> list[Value]:
         """The outputs of an external function."""
         session = self.evaluator.session
         assert session is not None
         given = [self.value(e) for e in self.function.given]
-        empty = {v.name: self._empty(v) for v in self.function.outputs}
+        empty = {v.name: _empty(v.type, self._dims(v)) for v in self.function.outputs}
         found = external_values(self.function, given, empty, session, span)
         return [found[v.name] for v in self.function.outputs]
 
@@ -146,9 +151,25 @@ class _Run:
         if not isinstance(target, flat.Reference):
             raise NotConstant("variables of a model have no value before the run", target.span)
         name, *fields = target.name.split(".") if target.name not in self.frame else [target.name]
+        if not target.subscripts:
+            wanted = self.sizes.get(target.name, target.type.dims)
+            _expect_size(target.name, wanted, value, target.span)
         indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
         old = self.frame.get(name, 0.0)
         self.frame[name] = _stored_field(old, fields, indices, value, target.span)
+
+
+def _expect_size(name: str, wanted: flat.Dims, value: Value, span: Span) -> None:
+    """Refuse an array of other sizes than a variable is declared with."""
+    shape = compute.shape(value)  # of an array without entries not all of it
+    if any(w and w != n for w, n in zip(wanted, shape, strict=False)):  # 0 if its size is set later
+        message = f"`{name}` has {sized([wanted])}, its value {sized([shape])}"
+        raise Misfit(Diagnostic("F270", message, span))
+
+
+def _empty(type_: flat.Type, dims: flat.Dims) -> Value:
+    """What a variable is before it is assigned; dimensions written `:` are zero."""
+    return compute.fill(_default(type_), *(n or 0 for n in dims)) if dims else _default(type_)
 
 
 def _default(type_: flat.Type) -> Value:
@@ -220,8 +241,11 @@ def run_function(
         return [compute.apply(arguments, call)]
     if function.external is not None:
         return run.external(span)
-    for variable in (*function.locals, *function.outputs):
-        run.declare(variable)
-    with suppress(_Leave):
-        run.run(function.body)
+    try:
+        for variable in (*function.locals, *function.outputs):
+            run.declare(variable)
+        with suppress(_Leave):
+            run.run(function.body)
+    except Misfit as problem:
+        raise problem.called(span) from None
     return [run.frame[v.name] for v in function.outputs]
