@@ -54,6 +54,14 @@ def dims_conform(expected: flat.Dims, actual: flat.Dims) -> bool:
     )
 
 
+def unlike_dims(left: flat.Type, right: flat.Type) -> tuple[flat.Dims, flat.Dims] | None:
+    """The first dimensions in which two types differ, their own or those of a field."""
+    if not dims_conform(left.dims, right.dims):
+        return left.dims, right.dims
+    pairs = zip(left.fields, right.fields, strict=False)
+    return next((u for (_, a), (_, b) in pairs if (u := unlike_dims(a, b))), None)
+
+
 def conforms(expected: flat.Type, actual: flat.Type) -> bool:
     return base_conforms(expected, actual) and dims_conform(expected.dims, actual.dims)
 

@@ -22,7 +22,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Related, error
-from planarc.core.prose import counted, listed
+from planarc.core.prose import counted, listed, sized
 from planarc.core.source import Span
 from planarc.flatten.refusal import (
     NotThere,
@@ -31,7 +31,7 @@ from planarc.flatten.refusal import (
     unknown_value,
     unsupported,
 )
-from planarc.flatten.terms.conform import base_conforms, type_text
+from planarc.flatten.terms.conform import base_conforms, type_text, unlike_dims
 from planarc.flatten.terms.select import array, integer, subscripted
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import class_of, layout_of, leaf_binding, node_of, static_instance
@@ -470,7 +470,13 @@ def _picked(
 
 
 def _list_value(items: list[flat.Expression], ref: syntax.Ref) -> flat.Expression:
+    """An array of the members' values, whose sizes must be equal (10.6.9)."""
     element = items[0].type if items else flat.REAL
+    unlike = next((u for item in items if (u := unlike_dims(element, item.type))), None)
+    if unlike is not None:
+        message = f"the members of `{ref}` have {sized(unlike)}, and make no array"
+        hint = "take one member at a time by its index, or give all the same size"
+        raise PlanarcError(Once("F272", message, ref.span, hint=hint, kind=f"members of {ref}"))
     return array(items, element, ref.span)
 
 
