@@ -129,6 +129,8 @@ class Begun(Bench):
                     closed = {slot: self.kernel.w[slot] for slot in loop}
         if delayed:
             raise not_settled(self.program)
+        if (lost := self.events.undefined(t)) is not None:  # it is never what it was before
+            raise PlanarcError(lost)
         raise error(
             "R433",
             "the relations and the start values do not agree: they switch to and fro",

@@ -78,6 +78,13 @@ class Events:
         """Truths and discrete values."""
         return self._snapshot()
 
+    def undefined(self, t: float) -> Diagnostic | None:
+        """The refusal of a discrete variable that is no number, if there is one."""
+        from planarc.solve.messages.event import undefined
+
+        values = {d.name: float(self.kernel.w[d.slot]) for d in self.program.discretes}
+        return undefined(self.program, t, values)
+
     def changed(self, before: Snapshot) -> list[int]:
         """The slots of numbers that have other values now; none where anything else has."""
         return changed_numbers(self.program, before, self._snapshot())

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from planarc.core.diagnostic import Diagnostic, Related, Severity
 from planarc.core.prose import listed
-from planarc.core.source import Span
+from planarc.core.source import NOWHERE, Span
 from planarc.ir.dae import Reinit, SetDiscrete, Terminate
 from planarc.ir.expr import Op, postorder
 from planarc.ir.kernel import Kernel
@@ -51,13 +52,15 @@ def unsolved(program: Program, kernel: Kernel, t: float, reset: Sequence[str]) -
 def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Diagnostic:
     """The refusal of an event that does not come to rest. `values` are truths of relations and
     discrete values of the last iterations at `t`."""
+    values, first = list(values), len(program.relations)
+    numbers = zip((d.name for d in program.discretes), values[-1][first:], strict=True)
+    if (lost := undefined(program, t, dict(numbers))) is not None:
+        return lost
     names = [_named(r) for r in program.relations]
     names += [f"`{d.name}`" for d in program.discretes]
-    actions = (a for w in program.whens for branch in w.branches for a in branch[-1])
-    places = {a.name: a.span for a in actions if isinstance(a, SetDiscrete)}
-    given = {s.target.name: s for s in program.discrete if isinstance(s, Let)}
+    given = _statements(program)
     spans: list[Span | None] = [r.span for r in program.relations]
-    spans += [places.get(d.name) or _given(program, given, d.name) for d in program.discretes]
+    spans += _places(program, [d.name for d in program.discretes])
     owners = [r.component for r in program.relations]
     owners += [d.name.rpartition(".")[0] for d in program.discretes]
     columns = zip(*values, strict=True)
@@ -67,7 +70,6 @@ def endless(program: Program, t: float, values: Iterable[Sequence[float]]) -> Di
     culprits = ", ".join(names[i] for i in shown[:4]) or "the when-clauses"
     switch = "switches" if len(restless) == 1 else "switch"
     hint = "break the loop with `pre(...)`, or make the relation's two sides agree"
-    first = len(program.relations)
     own = [program.discretes[i - first].name for i in restless if i >= first]
     counting = next((n for n in own if n in given and _counts(given[n])), None)
     if counting is not None:
@@ -85,6 +87,20 @@ def _counts(statement: Let) -> bool:
     """Whether a statement adds to the value that a discrete variable had before."""
     terms = (a for e in postorder((statement.value,)) if e.op is Op.ADD for a in e.args)
     return any(a.op is Op.PRE and a.name == statement.target.name for a in terms)
+
+
+def _statements(program: Program) -> dict[str, Let]:
+    """What gives discrete variables outside of all when-clauses, in the order of computation."""
+    return {s.target.name: s for s in program.discrete if isinstance(s, Let)}
+
+
+def _places(program: Program, names: Iterable[str]) -> list[Span | None]:
+    """Where the user gives discrete variables, or parameters, their values."""
+    actions = (a for w in program.whens for branch in w.branches for a in branch[-1])
+    places = {p.name: p.span for p in program.parameter_slots if p.span is not NOWHERE}
+    places |= {a.name: a.span for a in actions if isinstance(a, SetDiscrete)}
+    given = _statements(program)
+    return [places.get(name) or _given(program, given, name) for name in names]
 
 
 def _given(program: Program, given: Mapping[str, Let], name: str) -> Span | None:
@@ -216,21 +232,31 @@ def terminated(t: float, action: Terminate, message: str) -> Diagnostic:
     return Diagnostic("R431", f"terminated at t = {t:.6g} s: {message}", action.span, Severity.NOTE)
 
 
+#: What has no finite value.
+_NONE = "look for a division by zero, or the root of a negative number"
+
+
 def no_value(program: Program, t: float, name: str, action: SetDiscrete | Reinit) -> Diagnostic:
-    found = Diagnostic(
-        "R421",
-        f"at t = {t:.6g} s the value that the event gives `{name}` is no finite number",
-        action.span,
-        hint="look for a division by zero, or the root of a negative number",
-    )
+    message = f"at t = {t:.6g} s the value that the event gives `{name}` is no finite number"
+    found = Diagnostic("R421", message, action.span, hint=_NONE)
     return point_home(program, found, name.rpartition(".")[0])
 
 
+def undefined(program: Program, t: float, values: Mapping[str, float]) -> Diagnostic | None:
+    """The refusal of a discrete variable that is no number, the first of them to be computed."""
+    computed = (n for n in _statements(program) if n in values)
+    none = [n for n in dict.fromkeys((*computed, *values)) if math.isnan(values[n])]
+    return inexact_integer(program, t, none[0], math.nan) if none else None
+
+
 def inexact_integer(program: Program, t: float, name: str, value: float) -> Diagnostic:
-    found = Diagnostic(
-        "R439",
-        f"at t = {t:.6g} s the Integer `{name}` becomes {value:.6g}: beyond 2^53 not all "
-        "Integers are told apart",
-        hint="use a Real, or count anew from time to time",
-    )
+    (place,) = _places(program, [name])
+    shown = place.text if place is not None and name.startswith("$") else name
+    message, hint = f"at t = {t:.6g} s the value of `{shown}` is no finite number", _NONE
+    if math.isfinite(value):
+        message = f"at t = {t:.6g} s the Integer `{name}` becomes {value:.6g}: beyond 2^53 not all "
+        message += "Integers are told apart"
+        hint = "use a Real, or count anew from time to time"
+    code = "R439" if math.isfinite(value) else "R421"
+    found = Diagnostic(code, message, place, hint=hint)
     return point_home(program, found, name.rpartition(".")[0])
