@@ -11,12 +11,13 @@ has some 300 classes, half of which every start of the command needs.
 
 `Located` is for what stands somewhere in a text: two are equal when they say the same
 thing, wherever they say it. Values that change are plain `msgspec.Struct`s.
-`without_collection` is for whoever makes trees of many.
+`without_collection` is for whoever makes trees of many, `nested_deeply` is for walks through them.
 """
 
 from __future__ import annotations
 
 import gc
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -68,7 +69,20 @@ def _content(kind: type[Located]) -> Callable[[Located], Any]:
 #: So many objects are worth sparing Python a search; once in so many times it searches through
 #: everything, for the few cycles there are.
 MANY, EVERY = 100_000, 4
+
+NESTING = 12_000  # calls of Python inside each other, which does not take all of its stack
 _turns = count(1)
+
+
+@contextmanager
+def nested_deeply() -> Iterator[None]:
+    """A while in which recursion may go as deep as expressions and classes that are handled."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, NESTING))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
 
 
 @contextmanager

@@ -16,14 +16,13 @@ Reference: Modelica Language Specification 3.6, section 5.6.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
 from msgspec.structs import replace
 
-from planarc.core.data import without_collection
+from planarc.core.data import nested_deeply, without_collection
 from planarc.core.diagnostic import Diagnostic, Once, PlanarcError, Severity, Varies, error
 from planarc.core.nearest import did_you_mean
 from planarc.core.source import NOWHERE
@@ -79,8 +78,6 @@ from planarc.flatten.typing.units import UnitCheck, check_units
 from planarc.ir import flat, syntax
 from planarc.ir.flatwalk import assigned_in, expressions_in, expressions_of_variable
 from planarc.runtime.external import is_of_files
-
-_RECURSION = 12_000  # nesting of expressions and of classes that is still handled
 
 _MODEL_KINDS = (syntax.ClassKind.MODEL, syntax.ClassKind.BLOCK, syntax.ClassKind.CLASS)
 
@@ -183,13 +180,8 @@ def open_session(library: Library, makers: Makers = MAKERS) -> Session:
 @contextmanager
 def _large_work() -> Iterator[None]:
     """A while in which deep recursion is allowed, and Python's search for cycles waits."""
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(limit, _RECURSION))
-    try:
-        with without_collection():
-            yield
-    finally:
-        sys.setrecursionlimit(limit)
+    with nested_deeply(), without_collection():
+        yield
 
 
 def _ordered(diagnostics: list[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -26,7 +26,7 @@ from contextlib import suppress
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Misfit, Related, error
+from planarc.core.diagnostic import Diagnostic, Misfit, PlanarcError, Related, error
 from planarc.core.prose import sized
 from planarc.core.source import Span
 from planarc.ir import flat
@@ -43,6 +43,14 @@ from planarc.runtime.tensor import Tensor, each
 MAX_DEPTH = 100  # of calls inside calls
 
 
+class TooDeep(PlanarcError):
+    """A recursion does not end for what is known of its arguments (L320)."""
+
+    def __init__(self, found: Diagnostic) -> None:
+        super().__init__(found)
+        self.calls: list[_Call] = []  # that it has ended, the innermost first
+
+
 class _Call(Data):
     function: flat.Function
     arguments: Sequence[Value]
@@ -52,9 +60,7 @@ class _Call(Data):
 def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> tuple[Value, ...]:
     """The results of a call. Raises PlanarcError when it cannot be run on expressions."""
     if scope.depth >= MAX_DEPTH:
-        message = f"`{name}` calls itself more than {MAX_DEPTH} times"
-        hint = "recursion must end for the arguments that are known at compile time"
-        raise error("L320", message, span, hint=hint)
+        raise TooDeep(_endless(name, span))
     passed = scope.locals.get(name) if scope.locals else None
     if isinstance(passed, FunctionValue):  # a functional argument is called
         bound = dict(passed.bound)
@@ -91,17 +97,43 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
     if refusal is None:
         try:
             return _results(scope, call)
+        except TooDeep as problem:
+            problem.calls.append(call)
+            if scope.depth > 1:  # the model's own call decides what else is tried
+                raise
+            refusal = _told_at(call, problem)
+        except RecursionError:
+            if scope.depth > 1:
+                raise
+            message = f"what `{call.function.name}` computes is nested too deeply"
+            hint = "split its expressions, or write a loop in the place of a recursion"
+            refusal = UnknownCourse(Diagnostic("L300", message, call.span, hint=hint))
         except UnknownCourse as problem:
-            scope.model.refused[key] = refusal = problem.with_traceback(None)
+            refusal = problem.with_traceback(None)
+        scope.model.refused[key] = refusal
     # Its course depends on parameters in too many ways: their values become structural.
     known = replace(call, arguments=[_number(scope, a) for a in call.arguments])
     if known.arguments != list(call.arguments):
-        with suppress(UnknownCourse):
+        with suppress(UnknownCourse, TooDeep):
             return _results(scope, known)
     found = _by_cases(scope, known)
     if not found:
         raise refusal
     return found
+
+
+def _told_at(call: _Call, problem: TooDeep) -> UnknownCourse:
+    """The refusal of a recursion without end, with the call that begins it."""
+    names = [c.function.name for c in problem.calls]  # the innermost first, which may be no part
+    last = next((c for k, c in enumerate(problem.calls) if names[k] in names[k + 1 :]), call)
+    related = (Related("called here", call.span),)
+    return UnknownCourse(replace(_endless(last.function.name, last.span), related=related))
+
+
+def _endless(name: str, span: Span) -> Diagnostic:
+    message = f"`{name}` calls itself more than {MAX_DEPTH} times"
+    hint = "let its end depend on arguments that are known before the run, or write a loop"
+    return Diagnostic("L320", message, span, hint=hint)
 
 
 def _by_cases(scope: Scope, call: _Call) -> tuple[Value, ...]:

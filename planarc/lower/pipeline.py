@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
+from planarc.core.data import nested_deeply
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
@@ -43,22 +44,27 @@ def lower(source: flat.FlatModel, blended: bool = False, placed: bool = False) -
     initial equations those alone count that are start values of discrete variables. Raises
     PlanarcError (codes L3xx)."""
     try:
-        source = release_parameters(source)
-        functions = {f.name: f for f in source.functions}
-        given, moving = Given(source), Moving(source)
-        model = Model(
-            Exprs(), functions, inline, given, given.called, blended=blended, is_moving=moving
-        )
-        try:
-            return _lower(model, source, placed)
-        except PlanarcError as problem:
-            from planarc.lower.refuted import at_home
-
-            raise at_home(problem, model, source) from None
+        with nested_deeply():
+            return _of_source(source, blended, placed)
     except RecursionError:
         raise error(
             "L300", "an expression is nested too deeply", source.span, hint="split the expression"
         ) from None
+
+
+def _of_source(source: flat.FlatModel, blended: bool, placed: bool) -> dae.Dae:
+    source = release_parameters(source)
+    functions = {f.name: f for f in source.functions}
+    given, moving = Given(source), Moving(source)
+    model = Model(
+        Exprs(), functions, inline, given, given.called, blended=blended, is_moving=moving
+    )
+    try:
+        return _lower(model, source, placed)
+    except PlanarcError as problem:
+        from planarc.lower.refuted import at_home
+
+        raise at_home(problem, model, source) from None
 
 
 def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
