@@ -149,11 +149,12 @@ def test_of_calls_inside_each_other_the_first_and_the_last_are_told() -> None:
         ("y := integer(scalar(x));", r"F291.*`scalar` cannot take .*the size 3"),
         ("y := integer(sum(atan2(x, {1, 2})));", r"F291.*the sizes 3 and 2"),
         ("y := integer(sum({x, {1, 2}}));", r"F272.*the sizes 3 and 2"),
+        ("m[1] := x; y := integer(sum(m));", r"F270.*`m\[1\]` has the size 2"),
         ("z := x; y := 1;", r"F270.*`z` has the size 2, its value the size 3"),
     ],
 )
 def test_sizes_that_do_not_fit_in_a_call_that_gives_a_size(statement: str, message: str) -> None:
-    function = VECTORS % ("Real z[2];", statement)
+    function = VECTORS % ("Real z[2]; Real m[2, 2];", statement)
     with pytest.raises(planarc.PlanarcError, match="(?s)" + message) as refused:
         planarc.load(f"""
         model M

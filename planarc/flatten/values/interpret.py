@@ -151,9 +151,11 @@ class _Run:
         if not isinstance(target, flat.Reference):
             raise NotConstant("variables of a model have no value before the run", target.span)
         name, *fields = target.name.split(".") if target.name not in self.frame else [target.name]
+        wanted = target.type.dims
         if not target.subscripts:
-            wanted = self.sizes.get(target.name, target.type.dims)
-            _expect_size(target.name, wanted, value, target.span)
+            wanted = self.sizes.get(target.name, wanted)
+        if not any(isinstance(s, flat.Slice) or s.type.dims for s in target.subscripts):
+            _expect_size(target.span.text, wanted, value, target.span)
         indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
         old = self.frame.get(name, 0.0)
         self.frame[name] = _stored_field(old, fields, indices, value, target.span)
