@@ -34,11 +34,11 @@ rounding tells what depends on what, and bodies that hang still drift apart by s
 Where touches tell that from rest, differences suit the nominal values of the states.
 
 Of the `tolerance` T, steps are held to the relative tolerance `SHARE` T and the absolute tolerance
-`SHARE` T times the nominal value of each state. That bounds the error of one step, in the mean over
-the states, so the error of a run is some hundred times as large: for the pendulum of the README, in
-5 s, 8e-5 at 1e-6, 2e-6 at 1e-8, 1e-8 at 1e-10, 4e-10 at 1e-12 (Adams and LSODA: twice to a tenth of
-it). The last digits of T, or of a parameter, change the steps, and with these the error by a factor
-of up to 4 either way.
+`SHARE` T times the nominal value of each state, or where it has none what it is measured by
+(`solve.measure`). That bounds the error of one step, in the mean over the states, so the error of a
+run is some hundred times as large: for the pendulum of the README, in 5 s, 8e-5 at 1e-6, 2e-6 at
+1e-8, 1e-8 at 1e-10, 4e-10 at 1e-12 (Adams and LSODA: twice to a tenth of it). The last digits of T,
+or of a parameter, change the steps, and with these the error by a factor of up to 4 either way.
 
 Reference: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31(3), 2005, 363-396.
 

@@ -31,6 +31,7 @@ from planarc.core.data import Data
 from planarc.ir.begin import JOINT, NEAR, OTHER, WRITTEN
 from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
+from planarc.solve.measure import sizes_of_slots
 from planarc.solve.start import newton
 from planarc.solve.start.stage import Part, solve_stage
 from planarc.solve.start.system import System, declared, weight_of
@@ -49,7 +50,7 @@ SMALL_LOOP, MANY, FEW = 12, 16, 4
 #: Tries after which the search ends where all miss by as much, and their relative difference: parts
 #: that do not reach each other miss so from everywhere.
 ENOUGH, SAME = 5, 1e-3
-#: Difference of two points, in m or rad, that are one root.
+#: Difference of two points that are one root.
 ALIKE = 1e-9
 #: The pull of a guess, against the conditions; and Newton's iterations for it, a guess only.
 PULL, PULLED = 0.1, 12
@@ -61,9 +62,11 @@ MOST_PLANS = 64
 
 
 class Guide(Data):
-    """A coordinate that should stay near its start value; `column` is -1 of no candidate."""
+    """A coordinate that should stay near its start value, both in a measure of `size`; `column` is
+    -1 of no candidate."""
 
     slot: int
+    size: float
     start: float
     weight: float
     column: int
@@ -175,7 +178,7 @@ class _Level:
         place = point.tobytes()
         if self._seen is None or self._seen[0] != place:
             self.system.again(point)
-            found = np.array([self.system.kernel.w[g.slot] for g in self.guides])
+            found = np.array([self.system.kernel.w[g.slot] / g.size for g in self.guides])
             self._seen = place, found
         return self._seen[1]
 
@@ -270,9 +273,10 @@ def _guides(system: System, free: Sequence[int]) -> list[Guide]:
             known.clear()
         plan = known[key] = _plan(system, free)
     w = system.kernel.w
+    sizes = sizes_of_slots(system.program, system.length, (slot for slot, *_ in plan))
     return [
-        Guide(slot, float(w[start]), weight, column, place, angle)
-        for slot, start, weight, column, place, angle in plan
+        Guide(slot, size, float(w[start]) / size, weight, column, place, angle)
+        for (slot, start, weight, column, place, angle), size in zip(plan, sizes, strict=True)
     ]
 
 

@@ -114,10 +114,11 @@ class Level:
         return self.system.program.candidates[item] if isinstance(item, int) else item
 
     def value(self, item: int | FixedSlot, point: Vector, values: Vector) -> float:
-        """A variable at a point, from the rows there."""
+        """A variable at a point in its unit, from the rows there."""
         if isinstance(item, int):
-            return float(point[item])
-        return float(values[self._rows[item]] + self.system.kernel.w[item.start])
+            return float(point[item] * self.system.units[item])
+        row = self._rows[item]
+        return float(values[row] * self.system.parts[row] + self.system.kernel.w[item.start])
 
     def meet(self, items: Sequence[int | FixedSlot], beside: Vector) -> newton.Root:
         """An assembly with some of what is fixed, from the guess or from beside another one."""
@@ -294,7 +295,8 @@ def _locked(
     names = own_names(program, (owner(n) for n in shown if owner(n) in joints))
     free = trouble.names(names)
     loop = loop_names(program, [owner(first.display)])
-    name, value = first.start_name, f"{point[held]:.4g}" if abs(point[held]) > _SMALL else "0"
+    there = point[held] * system.units[held]
+    name, value = first.start_name, f"{there:.4g}" if abs(point[held]) > _SMALL else "0"
     only = f"only {free} can move" if free else "nothing in it can move"
     return Diagnostic(
         "R411",

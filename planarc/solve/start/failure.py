@@ -129,21 +129,22 @@ def row_info(system: System, row: int) -> EquationInfo | None:
 
 
 def _worst(system: System, rows: Sequence[int], r: Vector) -> list[tuple[float, EquationInfo]]:
-    """The equations that are farthest from being met."""
-    order = sorted(range(len(r)), key=lambda k: -abs(r[k]))[:_WORST]
-    found = [(float(r[k]), row_info(system, rows[k])) for k in order if len(r) == len(rows)]
-    largest = abs(found[0][0]) if found else 0.0
-    return [(v, i) for v, i in found if i is not None and abs(v) > 1e-3 * largest]
+    """The equations that are farthest from being met, and by how much in SI units."""
+    order = sorted(range(len(r)), key=lambda k: -abs(r[k]))[:_WORST] if len(r) == len(rows) else []
+    far = [k for k in order if abs(r[k]) > 1e-3 * abs(r[order[0]])]
+    found = [(float(r[k] * system.parts[rows[k]]), row_info(system, rows[k])) for k in far]
+    return [(v, i) for v, i in found if i is not None]
 
 
-def _off(residual: float) -> str:
+def _off(system: System, residual: float) -> str:
     """A residual to two digits: the next ones depend on the machine."""
-    return f"less than {_SMALL:g}" if abs(residual) < _SMALL else f"{float(f'{residual:.2g}'):g}"
+    small = _SMALL * min(system.length, 1.0)
+    return f"less than {small:g}" if abs(residual) < small else f"{float(f'{residual:.2g}'):g}"
 
 
-def _start(value: float) -> str:
+def _start(system: System, value: float) -> str:
     """A start value to try; what Newton's method leaves of a zero is zero."""
-    return "0" if abs(value) < _SMALL else f"{value:.3g}"
+    return "0" if abs(value) < _SMALL * min(system.length, 1.0) else f"{value:.3g}"
 
 
 def _loop(system: System, rows: Sequence[int], columns: Sequence[int], r: Vector) -> str:
@@ -194,7 +195,7 @@ def _not_assembled(
     given = given_in_loop(system.program, system.kernel, parts) if is_loop else ""
     turned = f" with {given}" if given else ""
     twice = system.program.mechanism is not None and not is_loop
-    far, longest = _too_far(system, root, parts, worst) if is_loop and not given else ("", "")
+    far, longest = _too_far(system, root, rows, parts, worst) if is_loop and not given else ("", "")
     there = system.program, system.kernel, parts
     one = (one_way(*there) or beside_wheel(*there)) if is_loop else ""
     turn = _turned(system, u0, rows, columns, parts) if is_loop and not (far or one) else ""
@@ -211,7 +212,7 @@ def _not_assembled(
             info.span,
             hint="hold what they push away, as by a support that does not roll, or give one of "
             "these parts a mass",
-            related=tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst),
+            related=_related(system, worst),
         )
         return NotAssembled(point_home(system.program, found, info.component))
     return _at_home(
@@ -270,6 +271,7 @@ def _turned(
 def _too_far(
     system: System,
     root: newton.Root,
+    rows: Sequence[int],
     parts: Sequence[str],
     worst: Sequence[tuple[float, EquationInfo]],
 ) -> tuple[str, str]:
@@ -278,7 +280,8 @@ def _too_far(
     if not worst or system(root.point) is None:
         return "", ""
     open_at = own_names(system.program, [worst[0][1].component])[0]
-    return too_far_apart(system.program, system.kernel, parts, open_at, root.residuals.tolist())
+    gap = root.residuals * system.parts[list(rows)]
+    return too_far_apart(system.program, system.kernel, parts, open_at, gap.tolist())
 
 
 def _held_against(
@@ -332,17 +335,17 @@ def _misses(
     columns: Sequence[int],
     left_out: Sequence[int],
 ) -> list[float]:
-    """How far conditions are from being met where all others of a stage are."""
+    """How far conditions are, in SI units, from being met where all others of a stage are."""
     import numpy as np
 
     held = np.array([c.fixed for c in system.program.candidates])
-    start = [system.kernel.w[c.start] for c in system.program.candidates]
+    start = np.array([system.kernel.w[c.start] for c in system.program.candidates]) / system.units
     others = [row for row in rows if row not in left_out]
     met = _best(system, np.where(held, start, root.point), others, columns, held)
     values = system(met.point) if met.converged else None
     if values is None:
-        return [float(root.residuals[rows.index(row)]) for row in left_out]
-    return [float(values[row]) for row in left_out]
+        return [float(root.residuals[rows.index(row)] * system.parts[row]) for row in left_out]
+    return [float(values[row] * system.parts[row]) for row in left_out]
 
 
 def _vector(name: str) -> str:
@@ -364,21 +367,25 @@ def _at_home(
     """The message at the part whose equation is farthest from being met."""
     program = system.program
     span = worst[0][1].span if worst and found.span is None else found.span
-    related = tuple(Related(f"`{i.text}` is off by {_off(v)}", i.span) for v, i in worst)
     message = found.message
     if worst and not is_own(program, worst[0][1].span):
         closed = "cannot be assembled" in message
-        off = _off(_distance(worst))
+        off = _off(system, _distance(worst))
         if closed:
             system(root.point)  # the workspace is there now
             length = squares_apart(program, system.kernel, worst[0][1])
             unit = f" {unit_of(program, worst[0][1])}".rstrip()
-            apart = f"{off}{unit}" if length is None else f"{_off(length)} m"
+            apart = f"{off}{unit}" if length is None else f"{_off(system, length)} m"
             message += f": its ends stay {apart} apart"
         else:
             message += f": at best it is off by {off}"
-    told = replace(found, message=message, span=span, related=(*found.related, *related))
+    related = (*found.related, *_related(system, worst))
+    told = replace(found, message=message, span=span, related=related)
     return NotAssembled(point_home(program, told, worst[0][1].component if worst else ""))
+
+
+def _related(system: System, worst: Sequence[tuple[float, EquationInfo]]) -> tuple[Related, ...]:
+    return tuple(Related(f"`{i.text}` is off by {_off(system, v)}", i.span) for v, i in worst)
 
 
 def _distance(worst: Sequence[tuple[float, EquationInfo]]) -> float:
@@ -409,12 +416,14 @@ def _not_reachable(
     loop = loop or "the mechanism"
     wanted = [float(system.kernel.w[f.start]) for f in starts]
     away = system(free.point)
-    misses = wanted if away is None else [float(away[row]) for row in starts.values()]
+    own = [*starts.values()]
+    misses = wanted if away is None else (away[own] * system.parts[own]).tolist()
     names = [start.start_name for start in kept]
-    values = [*(float(u0[c]) for c in held), *wanted]
-    reached = [*(float(free.point[c]) for c in held), *map(add, wanted, misses)]
+    values = [*(u0 * system.units)[held].tolist(), *wanted]
+    reached = [*(free.point * system.units)[held].tolist(), *map(add, wanted, misses)]
     given = listed(f"`{n}` = {v:.4g}" for n, v in zip(names, values, strict=True))
-    nearest = listed(f"`{n}(start = {_start(v)})`" for n, v in zip(names, reached, strict=True))
+    starts_at = [_start(system, v) for v in reached]
+    nearest = listed(f"`{n}(start = {s})`" for n, s in zip(names, starts_at, strict=True))
     moving = are_velocities(program, columns)
     near = None if moving else weakness(system, free.point, (rows, columns), held)
     length = "a length" if program.mechanism is not None else "a parameter"

@@ -47,9 +47,10 @@ def flat_start(
     ways = _ways(system, i, columns, values, free, leading)
     if len(ways) > 1:
         other = max(columns, key=lambda c: abs(ways[0][c] - ways[1][c]))
-        one, two = sorted(float(way[other]) for way in ways[:2])
+        one, two = sorted(float(way[other] * system.units[other]) for way in ways[:2])
+        lead_at = ways[0][leading] * system.units[leading]
         hint += (
-            f": with `{names[leading - block.first]}` = {ways[0][leading]:.4g}, "
+            f": with `{names[leading - block.first]}` = {lead_at:.4g}, "
             f"`{names[other - block.first]}` is {one:.4g} on one and {two:.4g} on the other"
         )
     loop = loop_names(program, [owner(n) for n in names])

@@ -22,6 +22,7 @@ from planarc.ir.frame import place
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once
 from planarc.ir.program import CandidateSlot, FixedSlot, Program
+from planarc.solve.measure import length_of
 from planarc.solve.start.system import asking_of, form_of, is_written, weight_of
 from planarc.solve.states.selector import Determined, choosing, kinds_of
 
@@ -44,7 +45,7 @@ class Plain(Data):
 
 def begin(program: Program, kernel: Kernel, t: float, given: frozenset[int]) -> Plain | None:
     form = kernel.capabilities.start
-    if form is None:
+    if form is None or length_of(program, kernel) != 1.0:
         return None
     known = _plans(program)
     if given not in known:

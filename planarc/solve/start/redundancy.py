@@ -90,7 +90,7 @@ def _look(system: System, i: int) -> _Look | None:
     """None where the conditions are plainly independent, or have no value."""
     import numpy as np
 
-    rows = system.kernel.jacobian(i)
+    rows = system.jacobian(i)
     if _are_independent(rows):
         return None
     matrix = np.array(rows, dtype=float)
@@ -145,7 +145,7 @@ def _beside(system: System, i: int, block: BlockCode, values: Vector, free: Vect
     if not root.converged or far < MOVED:
         return None
     system.evaluate_flag(root.point)
-    sizes = _sizes(np.array(system.kernel.jacobian(i), dtype=float))
+    sizes = _sizes(np.array(system.jacobian(i), dtype=float))
     return sizes[-1] if sizes else None
 
 
@@ -187,7 +187,7 @@ def _joints(system: System, i: int, block: BlockCode, chosen: Sequence[int]) -> 
     """The owners of the candidates that the dependent conditions tie."""
     import numpy as np
 
-    matrix = np.array(system.kernel.jacobian(i), dtype=float)[list(chosen)]
+    matrix = np.array(system.jacobian(i), dtype=float)[list(chosen)]
     tied = (np.abs(matrix) > RANK).any(axis=0).nonzero()[0]
     names = [owner(system.program.candidates[block.first + j].display) for j in tied.tolist()]
     return [n for n in dict.fromkeys(names) if n]

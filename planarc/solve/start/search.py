@@ -1,7 +1,8 @@
 """A start that is not plain: start values to be held are chosen, and loops closed with them.
 
 In:   Program, Kernel (parameters set), the time
-Out:  the system with all that is held, the values of the candidates, which of these are held
+Out:  the system with all that is held, the values of the candidates in its measure, which of these
+      are held
 
     held       which start values are held (`held`)
     assembly   the loops closed with them (`assembly`, on the right side: `branch`)
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
+from planarc.solve.measure import length_of
 from planarc.solve.rescue.rescue import Rescue
 from planarc.solve.start import sharing
 from planarc.solve.start.assembly import assemble
@@ -38,14 +40,15 @@ def search(
     """The arguments are those of `solve_start`."""
     import numpy as np
 
-    u0 = np.array(form_of(program).starts(kernel.w), float)
-    system = System(program, kernel, t, given, rescue=rescue, follow=follow)
+    length = length_of(program, kernel)
+    system = System(program, kernel, t, given, rescue=rescue, follow=follow, length=length)
+    u0 = np.array(form_of(program).starts(kernel.w), float) / system.units
     if not system.rows and not any(system.written(f) for f in program.fixed):
         return system, u0, [True] * len(u0)
     if near is None:
         choice = choose_held(system, u0)
     else:
-        starts = u0
+        starts, near = u0, near / system.units
         choice = choose_held(system, np.where([*map(system.written, program.candidates)], u0, near))
         u0 = np.where(choice.held, starts, near)
     values = assemble(system.holding(choice.others), u0, choice)
@@ -67,6 +70,7 @@ def search(
 
         raise explain(system, u0, choice)
     if sharing.missed(system, values):
-        return search(sharing.strict(program), kernel, t, given, rescue, near, follow)
+        back = None if near is None else near * system.units
+        return search(sharing.strict(program), kernel, t, given, rescue, back, follow)
     refuse_singular(system, u0, values, choice)
     return system, values, choice.held

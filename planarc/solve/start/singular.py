@@ -99,7 +99,7 @@ def _singular(
     others = [c for c in columns if candidates[c] not in held]
     most = max(map(sizes.__getitem__, others))
     first_moving = next(c for c in others if sizes[c] >= _MUCH * most)
-    speed = float(found.motion[list(columns).index(first_moving)])
+    speed = float(found.motion[list(columns).index(first_moving)] * system.units[first_moving])
     told = "infinite"
     if found.share > _NOTHING:
         told = f"{speed:.4g} (condition {1 / found.share:.0e})".replace("e+", "e")

@@ -92,7 +92,7 @@ def _finish(
 
         # Judging has evaluated other places: the kernel is to say what fails at this one.
         raise not_evaluated(system, system.evaluate_flag(values))
-    w, found = system.kernel.w, values.tolist()
+    w, found = system.kernel.w, (values * system.units).tolist()
     starts = [float(w[c.start]) for c in program.candidates]
     uses = zip(starts, found, map(bool, held), strict=True)
     return Start(tuple(found), _told(program, w, system.given, uses, system.conditions))

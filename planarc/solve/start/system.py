@@ -1,8 +1,11 @@
 """The conditions at the start, as one function of all candidates, and its derivatives.
 
-In:   Program, Kernel (parameters and start values set), the time
+In:   Program, Kernel (parameters and start values set), the time, the measure of lengths
 Out:  System    rows: the residuals of the blocks below the top, the initial equations, and
                 the variables held that are no candidates
+
+Candidates, rows and other variables are numbers in the mechanism's own measure (`solve.measure`),
+so that what is near, small or independent does not depend on its size.
 
 A native kernel makes a Jacobian by differences in one call; with another one the same
 differences are made from Python, one evaluation each.
@@ -22,6 +25,7 @@ from planarc.ir.flat import StateSelect
 from planarc.ir.kernel import Kernel, Taker, taker
 from planarc.ir.once import once
 from planarc.ir.program import BlockCode, CandidateSlot, FixedSlot, Program
+from planarc.solve.measure import sizes_of_candidates, sizes_of_rows, sizes_of_slots
 from planarc.solve.rescue.rescue import Rescue
 
 if TYPE_CHECKING:
@@ -48,10 +52,12 @@ class System:
         others: Sequence[FixedSlot] = (),
         rescue: Rescue | None = None,
         follow: bool = False,
+        length: float = 1.0,
     ) -> None:
+        """`length` is the measure of lengths in m."""
         import numpy as np
 
-        self.follow = follow
+        self.follow, self.length = follow, length
         self.program, self.kernel, self.t, self.given = program, kernel, t, given
         self.rescue = Rescue(program, kernel) if rescue is None else rescue
         form = form_of(program)
@@ -68,7 +74,13 @@ class System:
         self._form = kernel.capabilities.start
         self._r = [math.nan] * max(1, self.initial_rows.stop)
         self._slots = tuple(f.slot for f in self.conditions)
-        self._wanted = np.array([float(kernel.w[f.start]) for f in self.conditions])
+        #: What a candidate of 1, and a row of 1, are in SI units.
+        self.units = sizes_of_candidates(program, length)
+        self.parts = np.concatenate(
+            [sizes_of_rows(program, length), sizes_of_slots(program, length, self._slots)]
+        )
+        wanted = np.array([float(kernel.w[f.start]) for f in self.conditions])
+        self._wanted = wanted / self.parts[self.fixed_rows.start :]
         #: Whether a place counts where forces and accelerations have no value.
         self.forceless = False
         #: All derivatives at the last place where they were wanted, and of which variables.
@@ -80,14 +92,14 @@ class System:
         """The system with some more variables held."""
         if not others:
             return self
-        return System(
-            self.program, self.kernel, self.t, self.given, others, self.rescue, self.follow
-        )
+        given = self.program, self.kernel, self.t, self.given
+        return System(*given, others, self.rescue, self.follow, self.length)
 
     def of_loops(self) -> System:
         """The loops alone, at any place, whatever forces and accelerations are there."""
         bare = replace(self.program, fixed=(), initial_residuals=())
-        system = System(bare, self.kernel, self.t, self.given, rescue=self.rescue)
+        given = bare, self.kernel, self.t, self.given
+        system = System(*given, rescue=self.rescue, length=self.length)
         system.forceless = True
         return system
 
@@ -99,9 +111,13 @@ class System:
 
     def evaluate_flag(self, u: Vector) -> int:
         self._last = None
-        if self._form is not None and self._form.differences(self.t, u, (), (), False) is not None:
+        there = u * self.units
+        if (
+            self._form is not None
+            and self._form.differences(self.t, there, (), (), False) is not None
+        ):
             return 0
-        given = u.tolist()
+        given = there.tolist()
         return self.rescue.overcome(self.t, lambda: self.kernel.residuals(self.t, given, self._r))
 
     def finite(self, u: Vector) -> bool:
@@ -127,12 +143,13 @@ class System:
 
         asked, self._last = (*self._slots, *slots), None
         if self._form is not None:
-            found = self._form.differences(self.t, u, (), asked, False)
+            there = u * self.units
+            found = self._form.differences(self.t, there, (), asked, False)
             if found is None and self.evaluate_flag(u) == 0:  # with help
-                found = self._form.differences(self.t, u, (), asked, False)
+                found = self._form.differences(self.t, there, (), asked, False)
             whole = found is not None
             if found is None and self._is_below(asked):
-                found = self._form.differences(self.t, u, (), asked, True)
+                found = self._form.differences(self.t, there, (), asked, True)
             if found is None:
                 return None
             values: Vector = found[0]
@@ -145,6 +162,7 @@ class System:
             values = np.concatenate([self._r[: self.initial_rows.stop], [w[s] for s in asked]])
             if not np.isfinite(values).all():
                 return None
+        values = values / self._sizes(slots)
         if not (whole or self.forceless) and abs(values).max(initial=0.0) > ASSEMBLED:
             return None
         if self._slots:
@@ -156,7 +174,7 @@ class System:
         none is found straight on."""
         import numpy as np
 
-        if self._form is None or len(rows) != len(columns):
+        if self._form is None or len(rows) != len(columns) or self.length != 1.0:
             return None
         wanted, self._last = np.zeros(self.rows), None
         wanted[self.fixed_rows.start :] = self._wanted
@@ -165,7 +183,9 @@ class System:
     def motions(self, u: Vector, part: float) -> Vector | None:
         """`newton.kernel_of` all conditions, where machine code tells it."""
         self._last = None
-        return None if self._form is None else self._form.motions(self.t, u, self._slots, part)
+        if self._form is None or self.length != 1.0:
+            return None
+        return self._form.motions(self.t, u, self._slots, part)
 
     # Derivatives
 
@@ -184,11 +204,24 @@ class System:
             self._known = place, slots, found
         return found
 
+    def jacobian(self, i: int) -> Sequence[Sequence[float]]:
+        """The matrix of a block where the workspace is."""
+        found = self.kernel.jacobian(i)
+        if self.length == 1.0:
+            return found
+        rows, block = self.block_rows[i], self.program.blocks[i]
+        units = self.units[block.first : block.first + len(block.tears)].tolist()
+        parts = self.parts[rows.start : rows.stop].tolist()
+        return [
+            [e * unit / part for e, unit in zip(row, units, strict=True)]
+            for row, part in zip(found, parts, strict=True)
+        ]
+
     def _differences(
         self, u: Vector, columns: tuple[int, ...], slots: tuple[int, ...]
     ) -> Vector | None:
         self._last = None
-        if self._form is not None:
+        if self._form is not None and self.length == 1.0:
             asked = (*self._slots, *slots)
             found = self._form.differences(self.t, u, columns, asked, self._is_below(asked))
             return None if found is None else found[1:].T
@@ -203,6 +236,13 @@ class System:
 
         here = self.values(u, slots)
         return None if here is None else newton.differences(moved, u[chosen], here)
+
+    def _sizes(self, slots: tuple[int, ...]) -> Vector:
+        """What rows of 1 are in SI units, and then some variables."""
+        import numpy as np
+
+        own = sizes_of_slots(self.program, self.length, slots)
+        return np.concatenate([self.parts, own]) if slots else self.parts
 
     def _is_below(self, asked: Sequence[int]) -> bool:
         """Whether all rows are known before accelerations and forces are."""

@@ -19,6 +19,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Held, StateChoice
+from planarc.solve.measure import length_of, sizes_of_slots
 from planarc.solve.recorder import Recorder
 from planarc.solve.refuge import Refuge
 from planarc.solve.states.selector import Determined, Selector, lost_diagnostic
@@ -79,12 +80,15 @@ class States:
         return [*(c.slot for c in chosen), *(c.derivative for c in chosen)]
 
     def absolute(self, tolerance: float) -> list[float]:
-        """The absolute tolerance of each state."""
+        """The absolute tolerance of each state: a part of its nominal value, or of what it is
+        measured by."""
         w, result = self._kernel.w, []
-        for i in self.selection:
-            nominal = self._program.candidates[i].nominal
-            size = abs(w[nominal]) if nominal is not None else 1.0
-            result.append(tolerance * (size or 1.0))
+        chosen = [self._program.candidates[i] for i in self.selection]
+        length = length_of(self._program, self._kernel)
+        own = sizes_of_slots(self._program, length, (c.slot for c in chosen))
+        for candidate, size in zip(chosen, own, strict=True):
+            nominal = candidate.nominal
+            result.append(tolerance * (abs(w[nominal]) or size if nominal is not None else size))
         return result
 
     def resume(self, t: float, y: Sequence[float]) -> None:
