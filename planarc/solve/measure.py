@@ -151,7 +151,8 @@ def _power(unit: str) -> float | None:
 
 @once
 def _powers_of_slots(program: Program) -> dict[int, float]:
-    found = {c.slot: n for c in program.columns if (n := _power(c.unit)) is not None}
+    known = _known(program)
+    found = {c.slot: known[c.name] for c in program.columns if c.name in known}
     for c in program.candidates:
         if c.slot in found:
             found.setdefault(c.derivative, found[c.slot])
@@ -160,15 +161,22 @@ def _powers_of_slots(program: Program) -> dict[int, float]:
 
 @once
 def _powers_of_rows(program: Program) -> list[float]:
-    known = {c.name: n for c in program.columns if (n := _power(c.unit)) is not None}
-    known |= {p.name: n for p in program.parameter_slots if (n := _power(p.unit)) is not None}
-    blocks = [b for b in program.blocks if b.height > 0]
-    bodies = ((*b.body, *b.jacobian_body) for b in blocks)
-    for let in chain(program.parameters, *program.levels, *bodies, program.initial):
-        if isinstance(let, Let) and (power := _power_of(let.value, known)) is not None:
-            known.setdefault(let.target.name, power)
+    known, blocks = _known(program), [b for b in program.blocks if b.height > 0]
     rows = [power for b in blocks for power in _rows_of_block(program, b, known)]
     return [*rows, *(_power_of(e, known) or 0.0 for e in program.initial_residuals)]
+
+
+@once
+def _known(program: Program) -> Mapping[str, float]:
+    """The powers of variables by their names: those in their units, else what follows for them."""
+    known = {c.name: n for c in program.columns if (n := _power(c.unit)) is not None}
+    known |= {p.name: n for p in program.parameter_slots if (n := _power(p.unit)) is not None}
+    bodies = ((*b.body, *b.jacobian_body) for b in program.blocks if b.height > 0)
+    statements = program.parameters, *program.levels, *bodies, program.rest, program.initial
+    for let in chain.from_iterable(statements):
+        if isinstance(let, Let) and (power := _power_of(let.value, known)) is not None:
+            known.setdefault(let.target.name, power)
+    return known
 
 
 def _rows_of_block(

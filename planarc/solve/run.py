@@ -342,6 +342,7 @@ class Run(Begun):
             stored = self.recorder.stored
             self.ended = sharing.misfit(
                 self.program,
+                self.kernel,
                 times,
                 lambda slot: data[:, stored[slot]] if slot in stored else w[slot] + 0 * times,
             )

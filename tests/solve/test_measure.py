@@ -100,15 +100,41 @@ equation
 end Bob;
 """
 
+#: Three parallel bars, of which the third one has a length of its own.
+PARALLEL = """
+model Parallel
+  import PlanarMultiBody.{Joints, Parts};
+  parameter Real odd=1;
+  inner PlanarMultiBody.World world(g=<0.05>);
+  Parts.Fixed ground[3](r={{0, 0}, {<0.4>, 0}, {<1>, 0}});
+  Joints.Revolute low[3](phi(start={1.2, 1.1, 1.1}, fixed={true, false, false}));
+  Joints.Revolute high[3];
+  Parts.BodyShape bar[3](r={{<0.5>, 0}, {<0.5>*odd, 0}, {<0.5>, 0}}, each m=1, each I=<<0.01>>);
+  Parts.FixedTranslation top[2](r={{<0.4>, 0}, {<0.6>, 0}});
+equation
+  for i in 1:3 loop
+    connect(ground[i].frame_b, low[i].frame_a);
+    connect(low[i].frame_b, bar[i].frame_a);
+    connect(bar[i].frame_b, high[i].frame_a);
+  end for;
+  connect(high[1].frame_b, top[1].frame_a);
+  connect(top[1].frame_b, top[2].frame_a);
+  connect(high[2].frame_b, top[1].frame_b);
+  connect(high[3].frame_b, top[2].frame_b);
+end Parallel;
+"""
 
-@cache
-def model(text: str, backend: str = "native") -> planarc.Model:
+
+def sized(text: str) -> str:
     """The model with a parameter `k` by which all its lengths are multiplied."""
     text = re.sub(r"<<(.*?)>>", r"(\1)*k^2", text)
     text = re.sub(r"<(.*?)>", r"(\1)*k", text)
-    return planarc.load(
-        text.replace("  import", "  parameter Real k=1;\n  import"), backend=backend
-    )
+    return text.replace("  import", "  parameter Real k=1;\n  import")
+
+
+@cache
+def model(text: str, backend: str = "native") -> planarc.Model:
+    return planarc.load(sized(text), backend=backend)
 
 
 def begin(text: str, factor: float, backend: str = "native") -> planarc.Result:
@@ -226,6 +252,25 @@ def test_what_cannot_begin_is_told_in_metres(
     (found,) = caught.value.diagnostics
     assert found.code == code
     assert told.format(0.4 * factor) in found.message
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("factor", FACTORS)
+def test_a_length_that_is_declared_without_its_unit_is_held(factor: float, backend: str) -> None:
+    text = slider("", "").replace(
+        "equation", "  Real twice(start=<1.4>, fixed=true) = 2*slide.s;\nequation"
+    )
+    found = begin(text, factor, backend)
+    assert found["slide.s"][0] == pytest.approx(0.7 * factor, rel=1e-9)
+
+
+@pytest.mark.parametrize("factor", FACTORS)
+def test_redundant_bars_fit_or_do_not_as_those_of_a_metre_do(factor: float) -> None:
+    loaded = planarc.load(sized(PARALLEL), redundant="accept")
+    found = loaded.simulate(0, parameters={"k": factor})
+    assert found["low[2].phi"][0] == pytest.approx(1.2, abs=1e-9)
+    with pytest.raises(planarc.PlanarcError, match="nothing can move"):
+        loaded.simulate(0, parameters={"k": factor, "odd": 0.94})
 
 
 # The measure itself

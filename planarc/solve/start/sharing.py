@@ -22,6 +22,7 @@ from planarc.ir.dae import MISFIT, SHARING
 from planarc.ir.kernel import Kernel
 from planarc.ir.places import point_home
 from planarc.ir.program import Condition, Program
+from planarc.solve.measure import length_of, sizes_of_slots
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 #: Accelerations that change by more than this part of what the forces change, depend on them.
 DEPENDS = 1e-6
-#: A condition that was left out holds when it is off by less (metres, radians).
+#: A condition that was left out holds when it is off by less, in the measure of the mechanism.
 FITS = 1e-6
 
 
@@ -59,7 +60,9 @@ def missed(system: System, values: Vector) -> bool:
 def misses(program: Program, kernel: Kernel) -> bool:
     """Whether the position that the workspace holds misses what was left out."""
     conditions = program.sharing.conditions if program.sharing is not None else ()
-    return any(abs(kernel.w[c.held.slot]) > FITS for c in conditions if c.held is not None)
+    held = [c.held.slot for c in conditions if c.held is not None]
+    sizes = sizes_of_slots(program, length_of(program, kernel), held)
+    return any(abs(kernel.w[slot]) > FITS * size for slot, size in zip(held, sizes, strict=True))
 
 
 def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]) -> Diagnostic:
@@ -67,7 +70,7 @@ def judge_sharing(program: Program, kernel: Kernel, t: float, y: Sequence[float]
     import numpy as np
 
     before = [float(v) for v in kernel.w]
-    wrong = misfit(program, np.array([t]), lambda slot: np.array([before[slot]]))
+    wrong = misfit(program, kernel, np.array([t]), lambda slot: np.array([before[slot]]))
     if wrong is not None:
         raise PlanarcError(wrong)
     kernel.w[program.slots[SHARING]] = 1.0
@@ -132,15 +135,20 @@ def _depends(program: Program, names: Sequence[str]) -> PlanarcError:
     return PlanarcError(point_home(program, found, names[-1] if names else ""))
 
 
-def misfit(program: Program, times: Vector, values: Callable[[int], Vector]) -> Diagnostic | None:
+def misfit(
+    program: Program, kernel: Kernel, times: Vector, values: Callable[[int], Vector]
+) -> Diagnostic | None:
     """The first condition that was left out and does not hold; `values` gives those
     of a slot over the times."""
     import numpy as np
 
     slots = {c.name: c.slot for c in program.columns}
-    for condition in program.sharing.conditions if program.sharing is not None else ():
-        off = values(slots[condition.name])
-        wrong = np.flatnonzero(~(np.abs(off) <= FITS))
+    conditions = program.sharing.conditions if program.sharing is not None else ()
+    places = [slots[condition.name] for condition in conditions]
+    sizes = sizes_of_slots(program, length_of(program, kernel), places)
+    for condition, slot, size in zip(conditions, places, sizes, strict=True):
+        off = values(slot)
+        wrong = np.flatnonzero(~(np.abs(off) <= FITS * size))
         if len(wrong):
             first = int(wrong[0])
             by = f"{float(off[first]):.2g}"
