@@ -27,6 +27,7 @@ from planarc.core.data import Data
 from planarc.core.diagnostic import error, usage_error
 from planarc.core.options import RunOptions
 from planarc.core.unknown import refuse_unknown
+from planarc.solve.measure import length_of
 from planarc.solve.opened import open_program
 from planarc.solve.start.held import choose_held
 from planarc.solve.start.sharing import missed
@@ -36,7 +37,7 @@ from planarc.solve.start.system import System
 if TYPE_CHECKING:
     from planarc.api.model import Model
 
-#: Two solutions nearer than this (radians, metres) are the same.
+#: Two solutions nearer than this, in the measure of the mechanism, are the same.
 SAME = 1e-5
 
 
@@ -62,8 +63,9 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
         raise usage_error("C241", f"the number of tries is above 0, not {tries!r:.20}")
     program, kernel = model.program, model.compiled().load()
     request = open_program(program, kernel, options)
-    system = System(program, kernel, request.start, frozenset(request.starts))
-    guess = np.array([float(kernel.w[c.start]) for c in program.candidates])
+    length = length_of(program, kernel)
+    system = System(program, kernel, request.start, frozenset(request.starts), length=length)
+    guess = np.array([float(kernel.w[c.start]) for c in program.candidates]) / system.units
     rows, columns = position_stage(system)
     if not columns:
         return ()
@@ -77,7 +79,8 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
     rows = [*rows, *written]
     found: list[Vector] = []
     places: list[Vector] = []  # the same, but for whole turns that an initial equation counts
-    for trial in _guesses(guess, free, turns, _size(system), tries if rows else 1):
+    size = _size(system) / length
+    for trial in _guesses(guess, free, turns, size, tries if rows else 1):
         root = solve_stage(system, trial, rows, free)
         if root.converged and not missed(system, root.point):
             point = _nearest_turns(root.point, guess, free, turns)
@@ -97,7 +100,7 @@ def assemble(model: Model, options: RunOptions, tries: int) -> tuple[Assembly, .
         system(point)
         known = starts_at(program, kernel.w)
         positions = {n: v for n, v in known.items() if n in position_names(system, columns)}
-        distance = float(np.linalg.norm((point - guess)[columns]))
+        distance = float(np.linalg.norm(((point - guess) * system.units)[columns]))
         assemblies.append(Assembly(positions, distance))
     return tuple(sorted(assemblies, key=lambda a: (round(a.distance, 9), *a.start.values())))
 

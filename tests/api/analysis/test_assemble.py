@@ -8,6 +8,27 @@ import pytest
 
 from planarc import Model, PlanarcError, UsageError, load
 
+#: The ends of a bar slide along x and y.
+TRAMMEL = """
+model Trammel
+  import PlanarMultiBody.{Joints, Parts};
+  parameter Modelica.Units.SI.Length L=1;
+  inner PlanarMultiBody.World world(g=0);
+  Joints.Prismatic px(n={1, 0}, s(start=0.6*L, fixed=true));
+  Joints.Prismatic py(n={0, 1}, s(start=0.5*L));
+  Joints.Revolute r1;
+  Joints.Revolute r2;
+  Parts.BodyShape bar(r={L, 0}, m=1);
+equation
+  connect(world.frame_b, px.frame_a);
+  connect(world.frame_b, py.frame_a);
+  connect(px.frame_b, r1.frame_a);
+  connect(r1.frame_b, bar.frame_a);
+  connect(bar.frame_b, r2.frame_a);
+  connect(py.frame_b, r2.frame_b);
+end Trammel;
+"""
+
 
 def test_a_four_bar_has_two(four_bar: Model) -> None:
     first, second = four_bar.assemble()
@@ -28,6 +49,13 @@ def test_a_slider_is_on_the_left_or_on_the_right(slider: Model) -> None:
     y, base = 0.2 * math.sin(-0.5), 0.2 * math.cos(-0.5)
     exact = [base + math.sqrt(0.49 - y * y), base - math.sqrt(0.49 - y * y)]
     assert [a["slide.s"] for a in found] == pytest.approx(exact)
+
+
+@pytest.mark.parametrize("length", [1e-6, 1.0, 500.0, 1e4])
+def test_there_are_as_many_in_any_size(length: float) -> None:
+    found = load(TRAMMEL).assemble(parameters={"L": length}, tries=60)
+    exact = [-0.8 * length, 0.8 * length]
+    assert sorted(a["py.s"] for a in found) == pytest.approx(exact, rel=1e-9)
 
 
 def test_what_does_not_close_is_said(four_bar: Model) -> None:
