@@ -69,6 +69,13 @@ def sizes_of_slots(program: Program, length: float, slots: Iterable[int]) -> lis
     return [length ** powers.get(slot, 0.0) for slot in slots]
 
 
+def sizes_of_errors(program: Program, length: float, slots: Iterable[int]) -> list[float]:
+    """Those by which errors of states are measured: of positions and their derivatives. A voltage
+    has m2 in its unit, and is no smaller beside a small mechanism."""
+    ways = _ways(program) if length != 1.0 else frozenset[int]()
+    return [length if slot in ways else 1.0 for slot in slots]
+
+
 def sizes_of_candidates(program: Program, length: float) -> Vector:
     import numpy as np
 
@@ -157,6 +164,13 @@ def _powers_of_slots(program: Program) -> dict[int, float]:
         if c.slot in found:
             found.setdefault(c.derivative, found[c.slot])
     return found
+
+
+@once
+def _ways(program: Program) -> frozenset[int]:
+    """The slots of what is in m, m/s and so on."""
+    found = ((c.slot, parse(c.unit)) for c in program.columns)
+    return frozenset(slot for slot, d in found if d and d[0] == 1 and not any((d[1], *d[3:])))
 
 
 @once

@@ -307,3 +307,20 @@ def test_rows_are_measured_by_what_they_compare() -> None:
     assert measure.sizes_of_candidates(program, 0.5).tolist() == [0.5, 0.5, 1.0] * 2
     program = model(slider(HELD, "")).program
     assert measure.sizes_of_rows(program, 0.5).tolist() == [0.5] * 4
+
+
+def test_errors_of_lengths_and_speeds_alone_are_measured_so() -> None:
+    text = slider(HELD, "").replace(
+        "equation",
+        """  Real u(unit="V", start=1, fixed=true);
+  Modelica.Units.SI.Position x(start=<0.1>, fixed=true);
+equation
+  der(u) = -u;
+  der(x) = -x;""",
+    )
+    program = model(text).program
+    units = {c.slot: c.unit for c in program.columns if c.unit}
+    slots = [c.slot for c in program.candidates]
+    sizes = measure.sizes_of_errors(program, 0.5, slots)
+    found = {(units[slot], size) for slot, size in zip(slots, sizes, strict=True)}
+    assert found == {("rad", 1.0), ("rad/s", 1.0), ("m", 0.5), ("m/s", 0.5), ("V", 1.0)}

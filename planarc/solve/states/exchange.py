@@ -19,7 +19,7 @@ from planarc.core.diagnostic import Diagnostic
 from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.ir.result import Held, StateChoice
-from planarc.solve.measure import length_of, sizes_of_slots
+from planarc.solve.measure import length_of, sizes_of_errors
 from planarc.solve.recorder import Recorder
 from planarc.solve.refuge import Refuge
 from planarc.solve.states.selector import Determined, Selector, lost_diagnostic
@@ -85,7 +85,7 @@ class States:
         w, result = self._kernel.w, []
         chosen = [self._program.candidates[i] for i in self.selection]
         length = length_of(self._program, self._kernel)
-        own = sizes_of_slots(self._program, length, (c.slot for c in chosen))
+        own = sizes_of_errors(self._program, length, (c.slot for c in chosen))
         for candidate, size in zip(chosen, own, strict=True):
             nominal = candidate.nominal
             result.append(tolerance * (abs(w[nominal]) or size if nominal is not None else size))
