@@ -326,6 +326,17 @@ class Run(Begun):
 
         self.warnings.extend(stepped_over(self.program, times, column))
 
+    def _warn_of_faint_states(self, data: Vector) -> None:
+        """Nothing is told where steps are not held to a tolerance, or were refused."""
+        if self.ended is not None or self.request.fixed_step is not None or not len(data):
+            return
+        from planarc.solve.messages.faint import judge_faint
+
+        absolute = self.states.absolute(self.request.tolerance)
+        states = dict(zip(self.states.selection, absolute, strict=True))
+        found = judge_faint(self.program, states, self.kernel.w, self.recorder.stored, data)
+        self.warnings += [] if found is None else [found]
+
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
         self.warnings.extend(self.asserts.warnings())
@@ -335,6 +346,7 @@ class Run(Begun):
         w = self.kernel.w
         if self.ended is None and self.program.mechanism is None:
             self._warn_of_poles(times, data)
+        self._warn_of_faint_states(data)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:
             from planarc.solve.start import sharing
