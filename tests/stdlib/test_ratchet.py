@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import planarc
 from tests.stdlib.small import G, both_backends, run
 
 R, DEPTH, NOSE, ARM, POST = 0.05, 0.01, 0.001, 0.07, (0.07, 0.055)
@@ -175,3 +176,11 @@ def test_teeth_that_yield_hold_the_load_too(backend: str) -> None:
     turned = (r["shaft.phi"][-1] - phi) / (2 * pi / 12)
     assert turned == pytest.approx(round(turned), abs=5e-3)
     assert abs(r["shaft.w"][-1]) < 1e-2
+
+
+def test_events_are_told_in_words_of_the_ratchet() -> None:
+    run = planarc.load("examples/ratchet_and_pawl.pmo").simulate()
+    told = {c for e in run.events for c in e.causes}
+    for kind in ("even", "odd"):
+        assert {f"`ratchet` {verb} an {kind} tooth" for verb in ("passes", "goes past")} <= told
+    assert not any("integer" in cause for cause in told)
