@@ -127,7 +127,7 @@ def _for_each_entry(
 ) -> flat.Expression:
     """`{f(x) for x in v}`, where sizes are known only when a function runs; of several
     arrays `{f(x[i], z[i]) for i in 1:size(x, 1)}`."""
-    first = arguments[places[0]]
+    first = next(a for k, a in enumerate(arguments) if k in places and a.type.dims[0] is None)
     name = "entry"
     while name in env.locals:
         name += "_"
