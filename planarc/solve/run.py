@@ -226,12 +226,26 @@ class Run(Begun):
         if self._row(t, done.y):
             self.recorder.pass_by(t)
             if (crossing or fired) and not done.reset:
-                self.warnings += self._jumps.judge(t, before, list(done.y) != list(y))
+                after = self._unstruck(t, y, done.y, bool(others))
+                self.warnings += self._jumps.judge(t, before, after or before)
             chattering = self._chatter.judge(t, crossing, others if not fired else ())
             self.ended = self.ended or chattering
             self.restart(t, done.y, self._chatter.step)
             self._follow(self.states.after_event(t))
         self._check_asserts(self.ended is not None)
+
+    def _unstruck(
+        self, t: float, y: Sequence[float], struck: Sequence[float], switched: bool
+    ) -> list[float]:
+        """What is watched for jumps, behind an event, as if it had left the states as they were;
+        nothing where impacts alone changed them."""
+        if list(y) == list(struck):
+            return self._jumps.values()
+        if not switched or self.kernel.outputs(t, y) != 0:
+            return []
+        found = self._jumps.values()
+        self.kernel.outputs(t, struck)
+        return found
 
     def _come_back(self, t: float) -> None:
         """What was a kink of a delayed signal is one of the delay now: an event where the

@@ -1,6 +1,7 @@
 """What jumps at an event, though its derivative is in the equations and nothing sets it anew.
 
-In:   the values before and after an event of all that is differentiated
+In:   the values before and after an event of all that is differentiated, for the states before it:
+      what an impact changes may jump
 Out:  a warning R438, once a run
 
 A `reinit` may set a variable anew, and then it is meant; but where a drive with a jump in its
@@ -39,14 +40,11 @@ class Jumps:
         w = self._kernel.w
         return [] if self._told else [float(w[slot]) for slot in self._watched.values()]
 
-    def judge(self, t: float, before: list[float], struck: bool) -> tuple[Diagnostic, ...]:
-        """The warning, if the first of them jumps at `t`. `struck`: a state jumps, too, so that
-        something hit something, and a speed may jump."""
+    def judge(self, t: float, before: list[float], after: list[float]) -> tuple[Diagnostic, ...]:
+        """The warning, if the first of them jumps at `t`."""
         if self._told:
             return ()
-        for name, old, new in zip(self._watched, before, self.values(), strict=True):
-            if struck and f"der(der({name}))" not in self._program.slots:
-                continue
+        for name, old, new in zip(self._watched, before, after, strict=True):
             if abs(new - old) > _JUMP * max(1.0, abs(old), abs(new)):
                 self._told = True
                 return (self._jumped(name, old, new, t),)
