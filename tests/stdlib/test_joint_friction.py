@@ -91,6 +91,23 @@ def test_a_slide_comes_to_rest_by_friction(backend: str) -> None:
     assert r["slide.s"][-1] == pytest.approx(1 / (2 * 0.3 * G), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("backend", "solver"),
+    [("native", "cvode-bdf"), ("numpy", "cvode-bdf"), ("native", "exported")],
+)
+@pytest.mark.parametrize("v", [0.2, -1e-3])
+def test_a_slide_that_sticks_and_is_given_a_speed_slides_by_friction(
+    v: float, backend: str, solver: str
+) -> None:
+    """Where its decay as an error would ask for less friction than mu*N, too."""
+    knock = f"  when time > 0.3 then\n    reinit(slide.v, {v});\n  end when;\n"
+    r = run(slide() + knock, 0.4, backend, solver=solver)
+    assert r["slide.s"][-1] == pytest.approx(v * abs(v) / (2 * 0.3 * G), rel=1e-4, abs=1e-9)
+    assert abs(r["slide.friction"]).max() == pytest.approx(0.3 * 2 * G, rel=1e-9)
+    told = [cause for e in r.events for cause in e.causes]
+    assert told == ["`slide`: slides", "time > 0.3", "`slide`: sticks"]
+
+
 @both_backends
 @pytest.mark.parametrize("part", [0.9, 0.999, 1.001])
 def test_a_drawer_locks_where_its_lever_is_too_long(part: float, backend: str) -> None:
