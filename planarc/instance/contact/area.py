@@ -13,6 +13,7 @@ class Area(IntEnum):
 
     NOW = 0  # what touches read, one array of n behind the other (`Reads`)
     BEFORE = auto()  # the same before anything changes, and `Touch`
+    HELD = auto()  # those that were, where `BEFORE` has none that a speed has freed
     FREE = auto()  # motion without forces
     HERE = auto()  # the touches that are closed
     RATES = auto()  # of the states by forces; each state has a row of 2k

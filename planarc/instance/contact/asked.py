@@ -55,7 +55,7 @@ def _refine(c: Code, m: Value, k: Value) -> None:
 def _log(c: Code, m: Value) -> None:
     """Tell of a strike."""
     n, w = touches(c), m.load(POINTER, Frame.W)
-    before, log = arrays(m, Area.BEFORE, Area.LOG)
+    before, held, log = arrays(m, Area.BEFORE, Area.HELD, Area.LOG)
     strikes = seen(c, m, Seen.STRIKES)
     count = strikes.load(INT)
     strikes.store(count + 1)
@@ -63,7 +63,8 @@ def _log(c: Code, m: Value) -> None:
         row = log.at(count * n * (2 * len(LOGGED)))
         with c.loop(n) as i:
             for k, which in enumerate(LOGGED):
-                row.store(before_of(c, before, which).load(REAL, i), n * (2 * k) + i)
+                was = held if which is Touch.HELD else before_of(c, before, which)
+                row.store(was.load(REAL, i), n * (2 * k) + i)
                 row.store(w.load(REAL, slot(c, i, which)), n * (2 * k + 1) + i)
     c.give()
 

@@ -24,6 +24,7 @@ from planarc.solve.contact.impacts import (
     CREEP,
     DEEP,
     DRIFT,
+    ERRS,
     EXACT,
     LIMIT,
     MORE,
@@ -275,12 +276,15 @@ def _impact(c: Code, m: Value, t: Value, asks: bool) -> None:
         before_of(c, before, which)
         for which in (Reads.GAP, Reads.V, Reads.SLIP, Touch.HELD, Touch.LOW)
     )
+    if asks:
+        copy(c, arrays(m, Area.HELD)[0], held, n)
     begins = seen(c, m, Seen.BEGINS)
     least = c.select(begins.load(INT).equals(1), c.constant(DEEP, REAL), larger(c, tolerance, DEEP))
     begins.store(whole(c, 0))
     most = seen(c, m, Seen.FASTEST)
     largest = larger(c, largest_of(c, v, n), largest_of(c, slip, n))
-    moves = larger(c, most.load(REAL), largest) * MOVED + MOVES
+    errors = larger(c, tolerance * ERRS, MOVES)
+    moves = larger(c, most.load(REAL), largest) * MOVED + errors
     with c.loop(n) as i:
         deepest = c.select(low.load(REAL, i) < 0.0, low.load(REAL, i), 0.0) * MORE - least
         parted = gap.load(REAL, i) - low.load(REAL, i)

@@ -55,9 +55,10 @@ SHORT = 1e-11
 STEADY, EXACT = 1e-9, 3e-3
 #: The least tolerance with which a low bounce is followed.
 SHARPEST = 1e-15
-#: A held touch with a speed above this part of the fastest seen, and above that in m/s, is held no
-#: more: what is nearest to its point is now another edge.
-MOVED, MOVES = 1e-3, 1e-7
+#: A held touch with a speed above this part of the fastest seen, and so many times the tolerance in
+#: m/s, or that, is held no more: a speed has jumped, or what is nearest to its point is now another
+#: edge. Errors of a run are smaller, of bodies that move with what they touch, too.
+MOVED, ERRS, MOVES = 1e-3, 100.0, 1e-7
 #: Accelerations below this part of the largest seen are rounding.
 NOISE = 1e-12
 #: Friction within this part of its limit is at it.
@@ -145,7 +146,9 @@ class Impacts:
                 return [], messages.stepped_over(self._touches, int(deep[0]), gap, t)
             return [], messages.overlapping(self._touches, int(deep[0]), gap, t)
         moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
-        before["held"][speed > MOVES + MOVED * moves] = 0.0
+        was = before["held"].copy()
+        errors = max(MOVES, ERRS * self._tolerance)
+        before["held"][speed > errors + MOVED * moves] = 0.0
         held = before["held"] != 0
         some = np.flatnonzero(held | (before["gap"] <= NEAR))
         self.sharpness = 1.0
@@ -198,7 +201,8 @@ class Impacts:
             return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
         instant.stop(y)
         self.sharpness = max(self._least, instant.height(self._first))
-        return self._set(t, instant, before, x, rest), None
+        after = self._set(t, instant, before, x, rest)
+        return messages.told(self._touches, before | {"held": was}, after), None
 
     def _set(
         self,
@@ -207,8 +211,8 @@ class Impacts:
         before: Mapping[str, Vector],
         x: Vector,
         rest: Mapping[int, float],
-    ) -> list[str]:
-        """Write the modes; tell what happened."""
+    ) -> dict[str, Vector]:
+        """Write the modes; gives what is kept now."""
         n, some = len(self._touches.all), instant.some
         after = {name: np.zeros(n) for name in KEPT}
         after["rest"][:] = before["rest"]
@@ -227,7 +231,7 @@ class Impacts:
                 after["low"][i] = now[i]
         for name, values in after.items():
             self._touches.put(name, values.tolist())
-        return messages.told(self._touches, before, after)
+        return after
 
 
 class _Instant:
