@@ -209,3 +209,19 @@ def test_a_rope_that_slackens_lets_go(backend: str, solver: str) -> None:
     (slack,) = r.events
     assert slack.causes == ("`rope` of `bob` and the ground: lets go",)
     assert slack.time == pytest.approx(0.4813380, abs=1e-5)
+
+
+@ways
+def test_rounding_is_no_impact_of_a_bar_that_is_pushed_on_its_points(
+    backend: str, solver: str
+) -> None:
+    """Of its four points only two are needed: it slides from 0.3*4*g/5 s on, and never parts."""
+    points = "Point contour1(points={{-1, -0.1}, {-0.3, -0.1}, {0.3, -0.1}, {1, -0.1}})"
+    push = "  Forces.WorldForce push;\nequation\n  push.force = {5*time, 0};\n"
+    push += "  connect(push.frame_b, brick.frame_a);"
+    body = (BRICK % (points, "mu=0.3", "")).replace("equation", push).partition("  when")[0]
+    body = body.replace("m=2, I=0.1", "m=4, I=1, r_CM={0.2, 0}")
+    r = run(body, 4, backend, tolerance=1e-8, solver=solver)
+    since = 4 - 0.3 * 4 * G / 5
+    assert r["brick.v[1]"][-1] == pytest.approx(5 * since**2 / 8, rel=1e-6)
+    assert not [cause for e in r.events for cause in e.causes if "impact" in cause]

@@ -219,13 +219,15 @@ def _stop(c: Code, m: Value, k: Value) -> None:
 
 @function("void px_set_modes(ptr m, double t, i64 k, i64 struck)", seldom=True)
 def _set(c: Code, m: Value, t: Value, k: Value, struck: Value) -> None:
-    here, before, speeds, still, modes, times, impulses = arrays(
-        m, Area.HERE, Area.BEFORE, Area.SPEEDS, Area.STILL, Area.MODES, Area.TIMES, Area.IMPULSES
-    )
+    here, before, speeds, still, modes, times, impulses, response = arrays(
+        m, Area.HERE, Area.BEFORE, Area.SPEEDS, Area.STILL, Area.MODES, Area.TIMES, Area.IMPULSES,
+        Area.RESPONSE,
+    )  # fmt: skip
     w = m.load(POINTER, Frame.W)
     for name, value in OPEN.items():
         put(c, m, Touch[name.upper()], value)
-    wide = larger(c, m.load(REAL, Own.TOLERANCE), CLEAR)
+    tolerance = m.load(REAL, Own.TOLERANCE)
+    wide, errors = larger(c, tolerance, CLEAR), larger(c, tolerance, CREEP)
     with c.loop(k) as j:
         i = here.load(INT, j)
         gap, low = before_of(c, before, Reads.GAP).load(REAL, i), before_of(c, before, Touch.LOW)
@@ -234,7 +236,9 @@ def _set(c: Code, m: Value, t: Value, k: Value, struck: Value) -> None:
         rests = speeds.load(REAL, j) <= still.load(REAL, j)
         after = c.select(rests, c.constant(CLEAR, REAL), 0.0)
         clear = c.select(struck.equals(1), after, wide)
-        w.store(impulses.load(REAL, j), slot(c, i, Touch.IMPULSE))
+        x = impulses.load(REAL, j)
+        felt = response.load(REAL, j * k * 2 + j) * x > errors
+        w.store(c.select(felt, x, zero(c)), slot(c, i, Touch.IMPULSE))
         w.store(c.select(gap < 0.0, gap, 0.0) - clear, slot(c, i, Touch.LOW))
         with c.when(closed):
             w.store(1.0, slot(c, i, Touch.HELD))

@@ -217,7 +217,7 @@ class Impacts:
         after = {name: np.zeros(n) for name in KEPT}
         after["rest"][:] = before["rest"]
         after["way"][:] = IDLE
-        after["impulse"][some] = x[: len(some)]
+        after["impulse"][some] = instant.felt(x, max(CREEP, self._tolerance))
         rests = instant.u[: len(some)] <= instant.still
         clear = CLEAR * rests if x.any() else max(CLEAR, self._tolerance)
         after["low"][some] = np.minimum(before["gap"][some], 0.0) - clear
@@ -294,6 +294,12 @@ class _Instant:
         first[struck] = np.maximum(first[struck], blow.fastest)
         self.u = self.u + self._a[:, rows] @ blow.x
         return x
+
+    def felt(self, x: Vector, errors: float) -> Vector:
+        """The normal impulses, without those that make good errors of speeds."""
+        own = x[: self._k]
+        found: Vector = np.where(self._a.diagonal()[: self._k] * own > errors, own, 0.0)
+        return found
 
     def move(self, y: list[float], x: Vector) -> bool:
         for i, change in enumerate((self._states @ x).tolist()):
