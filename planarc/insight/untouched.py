@@ -22,8 +22,9 @@ from planarc.ir.program import Program
 if TYPE_CHECKING:
     from planarc.ir.result import Result
 
-#: The part of its gap at the start that a contact keeps which does not come near.
-_KEPT = 0.5
+#: The part of its gap at the start that a contact keeps which does not come near, and the gap of
+#: what touches there, in m.
+_KEPT, _NEAR = 0.5, 1e-9
 
 
 def judge_untouched(result: Result) -> Iterator[Diagnostic]:
@@ -36,7 +37,7 @@ def judge_untouched(result: Result) -> Iterator[Diagnostic]:
         least = float(min(np.min(gap) for gap in gaps))
         first = float(min(np.ravel(gap)[0] for gap in gaps))
         part = declared_part(result.program, name)
-        if part is not None and least > _KEPT * first > 0:
+        if part is not None and least > _KEPT * first > _KEPT * _NEAR:
             yield Diagnostic(
                 "R457",
                 f"the contours of `{name}` do not come near each other: their gap is {least:.3g} m "

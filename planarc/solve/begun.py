@@ -54,12 +54,11 @@ class Begun(Bench):
         done = self.events.finish_start(t, y, self.states.slots())
         self._note(done.ended, done.warnings)
         if self.events.present:
-            fired, slots = self.schedule.firing(t), self.states.slots()
+            fired, slots, struck = self.schedule.firing(t), self.states.slots(), done.told
             done = self.events.process(t, done.y, {}, fired, slots, ahead=False)
             self._note(done.ended, done.warnings)
             y = done.y
-            if fired:
-                causes = self.events.causes((), fired)
+            if causes := (*struck, *self.events.causes((), fired)):
                 self.records.append(EventRecord(t, causes))
         whole = self._row(t, y)
         if whole and self.events.present and self.ended is None:

@@ -45,3 +45,28 @@ def test_what_comes_near_is_not_told(end: str, depth: float, stop: float) -> Non
 def test_a_floor_far_below_is_told() -> None:
     """The ball falls by 0.35 m over a floor of 2 m."""
     assert len(told("b", 2.0)) == 1
+
+
+def test_contours_that_touch_at_the_start_are_not_told() -> None:
+    """The balls stand side by side, but for rounding, and the last one leaves with the blow."""
+    text = """model Row
+  import PlanarMultiBody.*;
+  inner World world(gravityType=Types.GravityTypes.NoGravity);
+  Joints.Prismatic p[3](s(start={0, 0.4, 0.6000000000000001}, each fixed=true),
+    v(start={0, 2, 0}, each fixed=true));
+  Parts.Body b[3](each m=1);
+  Contacts.Contact c(redeclare Contacts.Circle contour1(R=0.1),
+    redeclare Contacts.Circle contour2(R=0.1), e=1);
+equation
+  for i in 1:3 loop
+    connect(world.frame_b, p[i].frame_a);
+    connect(p[i].frame_b, b[i].frame_a);
+  end for;
+  connect(b[2].frame_a, c.frame_a);
+  connect(b[3].frame_a, c.frame_b);
+end Row;
+"""
+    run = planarc.load(text).simulate(0.5)
+    assert 0 < run["c.gap[1]"].min() < 1e-9
+    assert run["b[3].v[1]"][-1] == pytest.approx(2)
+    assert not [w for w in run.warnings if w.code == "R457"]

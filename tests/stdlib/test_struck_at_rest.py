@@ -1,4 +1,4 @@
-"""Rigid touches that are held while a speed jumps, by law: an impact as of what comes so fast."""
+"""Rigid touches that are closed when a speed is given, by law: an impact as of what comes so."""
 
 from __future__ import annotations
 
@@ -225,3 +225,14 @@ def test_rounding_is_no_impact_of_a_bar_that_is_pushed_on_its_points(
     since = 4 - 0.3 * 4 * G / 5
     assert r["brick.v[1]"][-1] == pytest.approx(5 * since**2 / 8, rel=1e-6)
     assert not [cause for e in r.events for cause in e.causes if "impact" in cause]
+
+
+@ways
+def test_an_impact_at_the_start_is_told(backend: str, solver: str) -> None:
+    """And none of what only rests there."""
+    body = (BRICK % ("Circle contour1(R=0.1)", "e=0.5", "")).partition("  when")[0]
+    struck = body.replace("v(each fixed=true)", "v(start={0, -3}, each fixed=true)")
+    (start,) = run(struck, 0.1, backend, solver=solver).events
+    assert start.time == 0
+    assert start.causes == ("`contact` of `brick` and the ground: impact of 9 N.s",)
+    assert not run(body, 0.1, backend, solver=solver).events

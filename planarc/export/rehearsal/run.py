@@ -181,7 +181,19 @@ class _Run:
             if slot in self._names
         )
         self._note_states(request.start)
+        self._note_struck(request.start)
         return True
+
+    def _note_struck(self, t: float) -> None:
+        """Tell of impacts at the start."""
+        if not self._touches.all:
+            return
+        import numpy as np
+
+        after = self._of_touches()
+        before = {name: np.zeros_like(values) for name, values in after.items()}
+        if texts := told(self._touches, before, after, begins=True):
+            self._events.insert(0, EventRecord(t, tuple(texts)))
 
     def without_start(self) -> Diagnostic:
         return Diagnostic(

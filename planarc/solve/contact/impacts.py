@@ -202,7 +202,7 @@ class Impacts:
         instant.stop(y)
         self.sharpness = max(self._least, instant.height(self._first))
         after = self._set(t, instant, before, x, rest)
-        return messages.told(self._touches, before | {"held": was}, after), None
+        return messages.told(self._touches, before | {"held": was}, after, begins), None
 
     def _set(
         self,

@@ -62,13 +62,21 @@ def _met(touches: Points, i: int) -> str:
     return listed(met) if len(met) > 1 else ""
 
 
-def told(touches: Points, before: Mapping[str, Vector], after: Mapping[str, Vector]) -> list[str]:
-    """What happened at an instant, one text for each touch to which something did."""
+def told(
+    touches: Points,
+    before: Mapping[str, Vector],
+    after: Mapping[str, Vector],
+    begins: bool = False,
+) -> list[str]:
+    """What happened at an instant, one text for each touch to which something did; where the run
+    `begins` with what rests, for each that was struck."""
     found, largest = [], float(after["impulse"].max())
     for i in range(len(touches.all)):
         texts = []
         if (impulse := after["impulse"][i]) > FELT * largest:
             texts.append(f"impact of {impulse:.4g} N.s")
+        elif begins:
+            continue
         was, held = before["held"][i], after["held"][i]
         old, way = before["way"][i], after["way"][i]
         if held and (not was or old != way) and way != 2:
