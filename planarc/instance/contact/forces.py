@@ -113,9 +113,10 @@ def _forces(c: Code, m: Value, k: Value, noise: Value) -> None:
             with c.loop(size) as i:
                 turn = c.real(attempt) * UNEVEN * c.real(i)
                 cover.store(turn - c.real(c.whole(turn)) + 1.0, i)
-            with c.when(c.call(FLAG, "px_lemke", m, size).equals(0)):
-                c.run("px_read", m, k)
-                consider()
+            with c.when(c.call(FLAG, "px_lemke", m, size).equals(0)), c.loop(whole(c, 2)) as again:
+                c.run("px_read", m, k, whole(c, 1) - again)
+                with c.when(done.get().equals(0)):
+                    consider()
         with c.when((least.get() < LOOSELY) | (k > MOST_AFTER)):
             done.set(whole(c, 1))
     total = c.variable(1, INT)

@@ -2,7 +2,7 @@
 
     px_lemke(block, n) -> flag          from `Area.SPARSE`, `COVERED` (q) and `COVER`; 1: none found
     px_unknowns(block, k) -> n          the problem of k touches for it
-    px_read(block, k)                   the case in which its unknowns in the basis are not zero
+    px_read(block, k, lets)             the case in which its unknowns in the basis are not zero
 
     z = (n - floor of each; t forward, t backward, speed of each that may stick)
 
@@ -159,9 +159,9 @@ def _lemke(c: Code, m: Value, n: Value) -> None:
     c.give(1)
 
 
-@function("void px_read(ptr m, i64 k)")
-def _read(c: Code, m: Value, k: Value) -> None:
-    ways, basic, cases = arrays(m, Area.WAY, Area.BASIC, Area.CASES)
+@function("void px_read(ptr m, i64 k, i64 lets)")
+def _read(c: Code, m: Value, k: Value, lets: Value) -> None:
+    ways, slack, basic, cases = arrays(m, Area.WAY, Area.SLACK, Area.BASIC, Area.CASES)
     f, j = c.variable(0, INT), c.variable(0, INT)
     with c.loop(k) as i, c.when(ways.load(INT, i).equals(FREE)):
         f.set(f.get() + 1)
@@ -175,7 +175,8 @@ def _read(c: Code, m: Value, k: Value) -> None:
             moves = basic.load(INT, place + f.get() * 2).equals(1)
             j.set(j.get() + 1)
             one = c.select(forward, whole(c, -1), whole(c, 1))
-            sticks = (forward & backward) | ~moves
+            goes = moves | (slack.load(INT, i) + lets).equals(2)
+            sticks = (forward & backward) | ~goes
             way = c.select(sticks, whole(c, STICKS), one)
             cases.store(c.select(forward | backward, way, whole(c, IDLE)), k + i)
     c.give()

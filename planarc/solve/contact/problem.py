@@ -201,11 +201,16 @@ def _found(a: Vector, b: Vector, spots: Sequence[Spot]) -> Iterator[Sequence[Cas
         cover = 1.0 + np.modf(attempt * UNEVEN * np.arange(size))[0]
         basic = lemke(m, q, cover)
         if basic is not None:
-            yield _read(basic, spots, free)
+            for lets in (True, False):
+                yield _read(basic, spots, free, lets)
 
 
-def _read(basic: frozenset[int], spots: Sequence[Spot], free: Sequence[int]) -> list[Case]:
-    """The case in which these of Lemke's unknowns are not zero."""
+def _read(
+    basic: frozenset[int], spots: Sequence[Spot], free: Sequence[int], lets: bool
+) -> list[Case]:
+    """The case in which these of Lemke's unknowns are not zero. `lets`: what is at the end of its
+    sticking slides against its force. Where both fit to rounding it would stick for ever otherwise,
+    since nothing that happens later asks again."""
     k, f = len(spots), len(free)
     cases: list[Case] = []
     for i, spot in enumerate(spots):
@@ -215,6 +220,7 @@ def _read(basic: frozenset[int], spots: Sequence[Spot], free: Sequence[int]) -> 
             forward, backward = k + j in basic, k + f + j in basic
             slides = k + 2 * f + j in basic
             if forward or backward:
-                way = STICKS if forward == backward or not slides else -1 if forward else 1
+                sticks = forward == backward or not (slides or (lets and spot.loose))
+                way = STICKS if sticks else -1 if forward else 1
         cases.append((i in basic, way))
     return cases
