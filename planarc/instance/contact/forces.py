@@ -24,8 +24,8 @@ from planarc.solve.contact.problem import (
     UNEVEN,
 )
 
-#: The order in which ways are tried, of those at the end of their sticking and of others.
-_LOOSE, _TIGHT = (1, -1, STICKS, IDLE), (STICKS, IDLE, 1, -1)
+#: The order in which ways are tried; those at the end of their sticking begin with the third.
+_ORDER = (STICKS, IDLE, 1, -1, STICKS, IDLE)
 
 
 def force_functions() -> tuple[str, ...]:
@@ -60,10 +60,9 @@ def _count(c: Code, m: Value, i: Value) -> None:
 def _take(c: Code, m: Value, k: Value, i: Value, number: Value) -> None:
     """One of the cases of a touch, in the order in which they are tried."""
     ways, floor, slack, cases = arrays(m, Area.WAY, Area.FLOOR, Area.SLACK, Area.CASES)
-    loose, tight = c.place(INT, 4), c.place(INT, 4)
-    for place, order in ((loose, _LOOSE), (tight, _TIGHT)):
-        for turn, tried in enumerate(order):
-            place.store(whole(c, tried), turn)
+    order = c.place(INT, len(_ORDER))
+    for turn, tried in enumerate(_ORDER):
+        order.store(whole(c, tried), turn)
     fixed = ways.load(INT, i)
     free, bears = fixed.equals(FREE), floor.load(REAL, i) > 0.0
     own = c.select(free, whole(c, 4), whole(c, 1))
@@ -72,9 +71,7 @@ def _take(c: Code, m: Value, k: Value, i: Value, number: Value) -> None:
     at = number - c.select(closed, opened, whole(c, 0))
     at = c.select(free, at, whole(c, 0))
     at = c.select(closed | bears, at, whole(c, 0))
-    slackens = slack.load(INT, i).equals(1)
-    way = c.select(slackens, loose.load(INT, at), tight.load(INT, at))
-    way = c.select(free, way, fixed)
+    way = c.select(free, order.load(INT, at + slack.load(INT, i) * 2), fixed)
     cases.store(word_of(c, closed), i)
     cases.store(c.select(closed | bears, way, whole(c, IDLE)), k + i)
     c.give()
@@ -114,7 +111,7 @@ def _forces(c: Code, m: Value, k: Value, noise: Value) -> None:
                 turn = c.real(attempt) * UNEVEN * c.real(i)
                 cover.store(turn - c.real(c.whole(turn)) + 1.0, i)
             with c.when(c.call(FLAG, "px_lemke", m, size).equals(0)), c.loop(whole(c, 2)) as again:
-                c.run("px_read", m, k, whole(c, 1) - again)
+                c.run("px_read", m, k, again + 1)
                 with c.when(done.get().equals(0)):
                     consider()
         with c.when((least.get() < LOOSELY) | (k > MOST_AFTER)):

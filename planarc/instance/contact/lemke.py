@@ -2,7 +2,8 @@
 
     px_lemke(block, n) -> flag          from `Area.SPARSE`, `COVERED` (q) and `COVER`; 1: none found
     px_unknowns(block, k) -> n          the problem of k touches for it
-    px_read(block, k, lets)             the case in which its unknowns in the basis are not zero
+    px_read(block, k, lets)             the case in which its unknowns in the basis are not zero;
+                                        what has this for its `Area.SLACK` slides
 
     z = (n - floor of each; t forward, t backward, speed of each that may stick)
 
@@ -175,8 +176,7 @@ def _read(c: Code, m: Value, k: Value, lets: Value) -> None:
             moves = basic.load(INT, place + f.get() * 2).equals(1)
             j.set(j.get() + 1)
             one = c.select(forward, whole(c, -1), whole(c, 1))
-            goes = moves | (slack.load(INT, i) + lets).equals(2)
-            sticks = (forward & backward) | ~goes
+            sticks = (forward & backward) | ~(moves | slack.load(INT, i).equals(lets))
             way = c.select(sticks, whole(c, STICKS), one)
             cases.store(c.select(forward | backward, way, whole(c, IDLE)), k + i)
     c.give()
