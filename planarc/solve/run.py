@@ -325,8 +325,12 @@ class Run(Begun):
     def _judge_shares(self) -> None:
         """Note contacts at rest whose forces are not determined."""
         t, y = self.integrator.t, self.integrator.y
-        if self.events.touches and self.kernel.outputs(t, y) == 0:
-            self.warnings += self.events.judge_shares(t, y, self.states.slots())
+        impacts = self.events.impacts if self.events.touches else None
+        if impacts is None or self.kernel.outputs(t, y) != 0:
+            return
+        from planarc.solve.contact.shares import judge_shares
+
+        self.warnings += judge_shares(impacts.touches, t, y, self.states.slots())
 
     def _warn_of_poles(self, times: Vector, data: Vector) -> None:
         from planarc.solve.messages.poles import stepped_over
@@ -341,15 +345,12 @@ class Run(Begun):
         self.warnings.extend(stepped_over(self.program, times, column))
 
     def _warn_of_faint_states(self, data: Vector) -> None:
-        """Nothing is told where steps are not held to a tolerance, or were refused."""
-        if self.ended is not None or self.request.fixed_step is not None or not len(data):
-            return
         from planarc.solve.messages.faint import judge_faint
 
-        absolute = self.states.absolute(self.request.tolerance)
-        states = dict(zip(self.states.selection, absolute, strict=True))
-        found = judge_faint(self.program, states, self.kernel.w, self.recorder.stored, data)
-        self.warnings += [] if found is None else [found]
+        w, stored = self.kernel.w, self.recorder.stored
+        sizes = self.states.absolute(self.request.tolerance)
+        states = dict(zip(self.states.selection, sizes, strict=True))
+        self.warnings += judge_faint(self.program, states, w, stored, data)
 
     def result(self) -> Result:
         self.warnings.extend(self.rescue.notes.values())
@@ -360,7 +361,8 @@ class Run(Begun):
         w = self.kernel.w
         if self.ended is None and self.program.mechanism is None:
             self._warn_of_poles(times, data)
-        self._warn_of_faint_states(data)
+        if self.ended is None and self.request.fixed_step is None:  # no tolerance holds the latter
+            self._warn_of_faint_states(data)
         counts = self.integrator.counts()
         if self.program.sharing is not None and self.ended is None:
             from planarc.solve.start import sharing

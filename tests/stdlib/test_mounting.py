@@ -1,4 +1,7 @@
-"""A drive between two free bodies: what it does to one, it undoes on the other."""
+"""A drive between two free bodies: what it does to one, it undoes on the other.
+
+`BorneDrive` accounts for the power of drives that do not react on their hinge.
+"""
 
 from __future__ import annotations
 

@@ -30,7 +30,6 @@ from planarc.solve.contact import messages
 from planarc.solve.contact.pinched import find_pinched
 from planarc.solve.contact.pressed import solve_pressed
 from planarc.solve.contact.problem import IDLE, STICKS, Solution, Spot, solve_case, solve_contacts
-from planarc.solve.contact.shares import judge_shares
 from planarc.solve.contact.strike import STILL, strike
 from planarc.solve.contact.touches import TOLD, Response, Touches
 
@@ -87,55 +86,49 @@ class Impacts:
         self._least, self._tolerance = min(SHARPEST / tolerance, 1.0), tolerance
         self.sharpness = 1.0  # part of the tolerance that suits the bounces under way
         self._short, self._low = SHORT * span, math.cbrt(tolerance)
-        self._touches = Touches(program, kernel)
-        self._first = np.zeros(len(self._touches.all))  # greatest speeds of impacts
-        self._falls = np.zeros(len(self._touches.all))  # accelerations after the last ones
+        self.touches = Touches(program, kernel)
+        self._first = np.zeros(len(self.touches.all))  # greatest speeds of impacts
+        self._falls = np.zeros(len(self.touches.all))  # accelerations after the last ones
         self._fastest = self._strongest = 0.0  # speed and acceleration of touches seen
         self._begins = True
         self._most = 0.0  # acceleration by 1 N that was seen
-        self.components = self._touches.components
+        self.components = self.touches.components
         self._begun = False
 
     def known(self, t: float) -> TouchMemory | None:
         """What machine code needs to know of the touches; None where the run cannot begin."""
         if not self._begun:
-            if messages.begun_wrong(self._touches, t) is not None:
+            if messages.begun_wrong(self.touches, t) is not None:
                 return None
             self._begun = True
-        touches = np.concatenate([self._first, self._falls, self._touches.force])
+        touches = np.concatenate([self._first, self._falls, self.touches.force])
         sizes = self._fastest, self._strongest, self._most
         return TouchMemory(touches, sizes, self._begins, self.sharpness)
 
     def take(self, known: TouchMemory, struck: Sequence[Vector]) -> list[str]:
         """What machine code knows now; tells what happened at each strike."""
-        n = len(self._touches.all)
-        self._first, self._falls, self._touches.force = np.split(known.touches, [n, 2 * n])
+        n = len(self.touches.all)
+        self._first, self._falls, self.touches.force = np.split(known.touches, [n, 2 * n])
         self._fastest, self._strongest, self._most = known.sizes
         self._begins, self.sharpness = known.begins, max(self._least, known.sharpness)
         found = []
         for rows in struck:
             before, after = (dict(zip(TOLD, half, strict=True)) for half in (rows[::2], rows[1::2]))
-            found += messages.told(self._touches, before, after)
+            found += messages.told(self.touches, before, after)
         return found
-
-    def judge_shares(
-        self, t: float, y: Sequence[float], states: Mapping[int, int]
-    ) -> Diagnostic | None:
-        """A note of forces at the end of a run that are not determined."""
-        return judge_shares(self._touches, t, y, states)
 
     def resolve(
         self, t: float, y: list[float], states: Mapping[int, int]
     ) -> tuple[list[str], Diagnostic | None]:
         """Change the states in place and set the modes. Gives what happened, and why the run cannot
         go on, if so."""
-        if not self._touches.evaluate(t, y):
-            return [], messages.unsolved(self._touches, t)
+        if not self.touches.evaluate(t, y):
+            return [], messages.unsolved(self.touches, t)
         if not self._begun:
             self._begun = True
-            if (wrong := messages.begun_wrong(self._touches, t)) is not None:
+            if (wrong := messages.begun_wrong(self.touches, t)) is not None:
                 return [], wrong
-        before = {name: self._touches.get(name) for name in READ}
+        before = {name: self.touches.get(name) for name in READ}
         gap, speed = before["gap"] - before["low"], np.abs(before["v"])
         least = DEEP if self._begins else max(DEEP, self._tolerance)
         deepest = MORE * np.minimum(before["low"], 0.0) - least
@@ -143,8 +136,8 @@ class Impacts:
         deep = np.flatnonzero((before["held"] == 0) & (gap < deepest))
         if len(deep):
             if self._fixed_step is not None and not begins:
-                return [], messages.stepped_over(self._touches, int(deep[0]), gap, t)
-            return [], messages.overlapping(self._touches, int(deep[0]), gap, t)
+                return [], messages.stepped_over(self.touches, int(deep[0]), gap, t)
+            return [], messages.overlapping(self.touches, int(deep[0]), gap, t)
         moves = max(self._fastest, float(np.abs([before["v"], before["slip"]]).max()))
         was = before["held"].copy()
         errors = max(MOVES, ERRS * self._tolerance)
@@ -154,55 +147,55 @@ class Impacts:
         self.sharpness = 1.0
         if not len(some):
             for name, value in OPEN.items():
-                self._touches.put(name, [value] * len(held))
+                self.touches.put(name, [value] * len(held))
             return [], None
         speeds = np.abs([before["v"][some], before["slip"][some]])
         self._fastest = max(self._fastest, float(speeds.max()))
         # What is said to slide, and stays where it is, is at its limit: others hold it.
         loose = held & (before["way"] != IDLE)
-        loose &= np.abs(self._touches.get("f_t")) >= (1 - LIMIT) * before["mu"] * (
-            self._touches.get("f_n")
+        loose &= np.abs(self.touches.get("f_t")) >= (1 - LIMIT) * before["mu"] * (
+            self.touches.get("f_n")
         )
-        pressing = float(np.abs(self._touches.get("f_n")).max()) or 1.0
-        response = self._touches.respond(t, y, states, some.tolist())
+        pressing = float(np.abs(self.touches.get("f_n")).max()) or 1.0
+        response = self.touches.respond(t, y, states, some.tolist())
         if response is None:
-            return [], messages.unsolved(self._touches, t)
+            return [], messages.unsolved(self.touches, t)
         self._most = max(self._most, float(np.abs(response[0].own).max()))
         size = max(1.0, float(np.abs(response[1]).max()))
         most = self._most if self._most * pressing > NEGLIGIBLE * size else size / pressing
         instant = _Instant(
-            self._touches, before, some, response[0], loose, self._fastest, most,
+            self.touches, before, some, response[0], loose, self._fastest, most,
             self._tolerance * self._first,  # errors of a run make such speeds
         )  # fmt: skip
         if (fixed := instant.fixed()) is not None:
-            return [], messages.one_body(self._touches, fixed, t)
+            return [], messages.one_body(self.touches, fixed, t)
         x = instant.strike(self._first)
         if x is None and (pinched := instant.pinched(instant.u)):
-            return [], messages.pinched(self._touches, pinched, t)
+            return [], messages.pinched(self.touches, pinched, t)
         if x is None or not instant.move(y, x):
-            return [], messages.no_impact(self._touches, some.tolist(), before["mu"], t)
+            return [], messages.no_impact(self.touches, some.tolist(), before["mu"], t)
         free = response[1]
         if x.any():
-            if not self._touches.evaluate(t, y):
-                return [], messages.unsolved(self._touches, t)
-            instant.refine(y, x, self._touches.speeds())
-            free = self._touches.motion()
+            if not self.touches.evaluate(t, y):
+                return [], messages.unsolved(self.touches, t)
+            instant.refine(y, x, self.touches.speeds())
+            free = self.touches.motion()
         else:  # what is held does not rest, but makes good its errors
             sticks = held & (before["way"] == STICKS)
             free = free - np.concatenate([held * before["a"], sticks * before["a_slip"]])
         self._strongest = max(self._strongest, float(np.abs(response[1]).max()))
         instant.noise = NOISE * self._strongest
-        instant.press = partial(self._touches.pressed, t, y)
+        instant.press = partial(self.touches.pressed, t, y)
         low = self._first * self._low
         rest = instant.modes(free[instant.rows], low, self._first, self._falls, self._short)
         if rest is None and (pinched := instant.pinched(free[instant.rows])):
-            return [], messages.pinched(self._touches, pinched, t)
+            return [], messages.pinched(self.touches, pinched, t)
         if rest is None:
-            return [], messages.no_forces(self._touches, some.tolist(), before["mu"], t)
+            return [], messages.no_forces(self.touches, some.tolist(), before["mu"], t)
         instant.stop(y)
         self.sharpness = max(self._least, instant.height(self._first))
         after = self._set(t, instant, before, x, rest)
-        return messages.told(self._touches, before | {"held": was}, after, begins), None
+        return messages.told(self.touches, before | {"held": was}, after, begins), None
 
     def _set(
         self,
@@ -213,7 +206,7 @@ class Impacts:
         rest: Mapping[int, float],
     ) -> dict[str, Vector]:
         """Write the modes; gives what is kept now."""
-        n, some = len(self._touches.all), instant.some
+        n, some = len(self.touches.all), instant.some
         after = {name: np.zeros(n) for name in KEPT}
         after["rest"][:] = before["rest"]
         after["way"][:] = IDLE
@@ -230,7 +223,7 @@ class Impacts:
                 now = before["low"] if before["held"][i] else before["gap"]
                 after["low"][i] = now[i]
         for name, values in after.items():
-            self._touches.put(name, values.tolist())
+            self.touches.put(name, values.tolist())
         return after
 
 

@@ -2,7 +2,7 @@
 
 In:   the touches of a run, where it ends: those that are held, and those that only just are not,
       since others carry all
-Out:  a note R416 that names their contacts; None where all contacts have the forces that they need
+Out:  a note R416 that names their contacts; nothing where all have the forces that they need
 
     a       how the accelerations along the normals answer to normal forces, of all of these
     open    a force that presses and is as well carried by other contacts: its column of `a` is a
@@ -36,12 +36,12 @@ SMALL = 1e-9
 
 def judge_shares(
     touches: Touches, t: float, y: Sequence[float], states: Mapping[int, int]
-) -> Diagnostic | None:
+) -> list[Diagnostic]:
     """The workspace holds the point (t, y) and does so afterwards."""
     rest = _resting(touches)
     groups = [messages.contact_of(touches, i) for i in rest]
     if len(set(groups)) < 2:
-        return None
+        return []
     force, w = touches.get("f_n")[rest], touches.kernel.w
     before = [float(v) for v in w]
     found = touches.respond(t, y, states, rest.tolist())
@@ -49,9 +49,9 @@ def judge_shares(
         w[slot] = value
     touches.kernel.accept(t)
     if found is None:
-        return None
+        return []
     some = find_open(found[0].own[rest, : len(rest)], force, groups)
-    return messages.shared(touches, rest[some].tolist(), t) if some else None
+    return [messages.shared(touches, rest[some].tolist(), t)] if some else []
 
 
 def _resting(touches: Touches) -> Array:

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from planarc.solve.contact.impacts import Impacts
+
 Integers: TypeAlias = "tuple[tuple[str, ...], NDArray[np.intp]]"
 
 
@@ -325,12 +327,9 @@ class Events:
         impacts = self._whens.impacts if self.present else None
         return 1.0 if impacts is None else impacts.sharpness
 
-    def judge_shares(
-        self, t: float, y: Sequence[float], states: Mapping[int, int]
-    ) -> list[Diagnostic]:
-        impacts = self._whens.impacts
-        found = None if impacts is None else impacts.judge_shares(t, y, states)
-        return [] if found is None else [found]
+    @property
+    def impacts(self) -> Impacts | None:
+        return self._whens.impacts
 
     def others(
         self, causes: Sequence[str], owners: Sequence[str]

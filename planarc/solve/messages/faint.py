@@ -1,7 +1,7 @@
 """States that a run was to begin with, and that stay below the errors which its steps may make.
 
 In:   the rows of a run, the states and their absolute tolerances
-Out:  a warning R458, or None
+Out:  a warning R458, where there is one
 
 What is small by itself, since nothing excites it, is no reason for a word; a start value that is
 given and not zero says that its size is meant.
@@ -37,7 +37,7 @@ def judge_faint(
     parameters: Sequence[float],
     stored: Mapping[int, int],
     data: Vector,
-) -> Diagnostic | None:
+) -> list[Diagnostic]:
     """`states` are indices of candidates, each with its absolute tolerance; `parameters` the
     workspace."""
     faint: list[tuple[CandidateSlot, float, float]] = []
@@ -49,7 +49,7 @@ def judge_faint(
         if 0 < peak < FAINT * absolute:
             faint.append((c, peak, absolute))
     if not faint:
-        return None
+        return []
     first, peak, absolute = faint[0]
     names = listed([f"`{c.display}`" for c, *_ in faint[:_MOST]])
     others = f" and {len(faint) - _MOST} more" if len(faint) > _MOST else ""
@@ -57,7 +57,7 @@ def judge_faint(
     most = max(p for _, p, _ in faint)
     size, finer = f"`{first.start_name}(nominal={peak:.1g})`", 1e-4 * peak
     lower = f", or lower `--tolerance` to {finer:.0g}" if finer >= _FINEST else ""
-    return Diagnostic(
+    told = Diagnostic(
         "R458",
         f"{names}{others} {stay} below {most:.2g} in this run, where each step may err by "
         f"{absolute:.2g}: the values say little",
@@ -65,3 +65,4 @@ def judge_faint(
         Severity.WARNING,
         hint=f"tell its size, as {size}{lower}",
     )
+    return [told]
