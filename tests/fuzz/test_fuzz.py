@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import sys
 from pathlib import Path
 
@@ -23,6 +24,8 @@ def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PLANARC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(fuzz, "LIMIT", 3600.0)  # CPU seconds differ from machine to machine, too
     monkeypatch.setattr(fuzz, "PATIENCE", 3600.0)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024  # of tests before these
+    monkeypatch.setattr(fuzz, "MEMORY", fuzz.MEMORY + before)
 
 
 def test_the_files_that_are_mutated_are_mostly_right() -> None:
