@@ -54,6 +54,26 @@ equation
     %s
   end when;
 """
+#: A body that does not turn rests with one point on a floor whose speed jumps along it.
+SLED = """
+  Joints.Prismatic floor(drivenFlange=true);
+  Modelica.Mechanics.Translational.Sources.Speed drive(exact=true);
+  Modelica.Blocks.Sources.Step signal(height=0.3, startTime=0.3);
+  Joints.Prismatic guide(s(fixed=true), v(fixed=true));
+  Joints.Prismatic lift(n={0, 1}, s(fixed=true), v(fixed=true));
+  Parts.Body body(m=2, I=0.1);
+  Contacts.Contact contact(redeclare Contacts.Point contour1(points={{0, 0}}),
+    redeclare Contacts.HalfPlane contour2, mu=0.5);
+equation
+  connect(world.frame_b, floor.frame_a);
+  connect(signal.y, drive.v_ref);
+  connect(drive.flange, floor.axis);
+  connect(world.frame_b, guide.frame_a);
+  connect(guide.frame_b, lift.frame_a);
+  connect(lift.frame_b, body.frame_a);
+  connect(body.frame_a, contact.frame_a);
+  connect(floor.frame_b, contact.frame_b);
+"""
 CARTS = """
   Joints.Prismatic left(s(start=-0.1, fixed=true), v(fixed=true)), right(s(start=0.1, fixed=true),
     v(fixed=true));
@@ -167,6 +187,16 @@ def test_what_sticks_and_is_given_a_speed_slides(v: float, backend: str, solver:
     body = BRICK % (points, "mu=0.5", f"reinit(brick.v[1], {v});")
     r = run(body, 0.35, backend, solver=solver)
     assert r["brick.r[1]"][-1] == pytest.approx(v**2 / G, rel=1e-4, abs=1e-9)
+
+
+@ways
+def test_what_sticks_to_one_point_of_a_floor_that_starts_at_once_slides(
+    backend: str, solver: str
+) -> None:
+    """No other point asks what happens; the body lags behind by v^2/(2*mu*g)."""
+    r = run(SLED, 0.5, backend, solver=solver)
+    assert r["floor.s"][-1] - r["guide.s"][-1] == pytest.approx(0.3**2 / G, rel=1e-4)
+    assert r["guide.v"][-1] == pytest.approx(0.3, rel=1e-6)
 
 
 @ways

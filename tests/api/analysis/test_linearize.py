@@ -171,6 +171,21 @@ def test_a_linear_model_goes_to_another_process(pendulum: Model, bowl: Model) ->
             assert np.array_equal(moves.rows.data, moved.rows.data)
 
 
+def test_a_copy_has_the_states_that_the_run_had_taken_on() -> None:
+    """A point on a circle: x and y change places as states."""
+    circle = load("""model C
+      Real x(start=1), y(start=0.1), u, v(start=5, fixed=true), f;
+    equation
+      der(x) = u; der(y) = v; x^2 + y^2 = 1; der(u) = -f*x; der(v) = -f*y - 1;
+    end C;""")
+    first, last = (circle.linearize(at=t) for t in (0, 0.3))
+    assert first.states != last.states
+    for linear in (first, last):
+        copy = pickle.loads(pickle.dumps(linear))
+        moves, moved = (each.motion(0, 0.01) for each in (linear, copy))
+        assert np.allclose(moves.rows.data, moved.rows.data, rtol=0, atol=1e-12)
+
+
 def test_a_mode_that_is_not_there_is_refused(pendulum: Model) -> None:
     linear = pendulum.linearize("equilibrium")
     for mode in (1, -2, "first"):
