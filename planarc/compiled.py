@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planarc.ir.dae import Dae
     from planarc.ir.derivatives import Scope
     from planarc.ir.flat import FlatModel
-    from planarc.ir.kernel import Kernel, Reactions
+    from planarc.ir.kernel import Kernel, Reacting
     from planarc.ir.program import Program
 
 
@@ -92,11 +92,18 @@ class Compiled(Data):
         return (known if self.backend is Backend.NATIVE else known.decode()) or None
 
 
-def _reactor(program: Program, frame: Any, call: Callable[..., int]) -> Reactions:
-    """What iterates a kernel's events in machine code."""
+def _reactor(program: Program, frame: Any, call: Callable[..., int]) -> Reacting:
+    """What iterates a kernel's events, or makes its steps, in machine code."""
+    from planarc.instance.plan import crowd_names
+    from planarc.ir.kernel import Reacting
+
+    if crowd_names(program):
+        from planarc.instance.crowd.stepper import Stepper
+
+        return Reacting(steps=Stepper(program, frame, call))
     from planarc.instance.reactor import Reactor
 
-    return Reactor(program, frame, call)
+    return Reacting(Reactor(program, frame, call))
 
 
 def find_lead(

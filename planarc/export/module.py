@@ -29,7 +29,6 @@ from planarc.codegen.native.gauss import solve_functions
 from planarc.codegen.native.packed import Rows, pack
 from planarc.codegen.native.printer import ir, slopes_ir, weight
 from planarc.core.data import Data
-from planarc.export.crowds import crowd_functions as tell_crowds
 from planarc.export.crowds import member_names
 from planarc.export.delays import delay_functions, delay_messages
 from planarc.export.endings import most_values, subjects, templates
@@ -59,6 +58,7 @@ from planarc.instance.actions import (
 from planarc.instance.clauses import ordered_discretes, reader
 from planarc.instance.contact.area import kept_words, sizes
 from planarc.instance.crowd import layout as crowd
+from planarc.instance.crowd.table import Crowds, table_functions
 from planarc.instance.plan import (
     Lags,
     Own,
@@ -195,7 +195,7 @@ def _own(
     rows = Rows(Own.ROWS)
     judged, crowds = _asserts(program, carrier, entries.warns), crowd_names(program)
     if crowds:
-        felt, listed = tell_crowds(program, image.selection, carrier)
+        felt, listed = table_functions(program, Crowds(program, image.selection), carrier)
         kept, area = crowd.kept_words(listed), crowd.sizes(listed, program)
     else:
         felt, touches = touch_functions(program, carrier), len(Points(program).all)

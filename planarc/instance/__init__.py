@@ -1,5 +1,6 @@
 """A model that runs in machine code alone, in LLVM by `codegen.native`'s notation: start, steps,
-events, other states. All of it runs inside an exported model, the iteration of events in any run.
+events, other states. All of it runs inside an exported model, the iteration of events and steps
+with crowds in any run.
 
 plan        the memory of one instance, and what its code must know of the model
 clauses     what clauses do, in order, and what they set

@@ -61,9 +61,13 @@ declare double @pc_external(i64, i64, i64, ptr)
 
 
 def texts_of(program: Program) -> Events | None:
-    """The texts; None where nothing switches, and of crowds, which steps of one length follow."""
-    if not program.switches or crowd_names(program):
+    """The texts; None where nothing switches. Of crowds, those of their steps."""
+    if not program.switches:
         return None
+    if crowd_names(program):
+        from planarc.instance.crowd.stepping import texts_of as steps_of
+
+        return steps_of(program)
     touches = bool(Points(program).all)
     kind = "touches" if touches else "relations"
     return Events(kind, partial(shared_text, touches), own_text(program))

@@ -8,6 +8,7 @@ its own, or None.
     start      residuals and differences in one call   native kernels
     machine    addresses for an integrator in C        native kernels
     reactions  the iteration of events                 native kernels of models that switch
+    steps      steps with many contacts                native kernels of models with crowds
     lead       a way to the start                      models with simplified equations
     corners    instants to stop at                     kernels that tables drive
 
@@ -188,8 +189,42 @@ class Reactions(Protocol):
         where that must be done there: the workspace is no use then."""
 
 
+#: Keys of contacts, which rise, and the impulses of each along its normal and its slip.
+Pressed: TypeAlias = "tuple[NDArray[np.int64], Vector]"
+
+
+class Stepped(Data):
+    """A step with contacts: the states at its end and in its middle, and which of them contacts
+    changed."""
+
+    end: Vector
+    middle: Vector
+    struck: NDArray[np.bool_]
+
+
+class Steps(Protocol):
+    """Steps of one length with contacts in machine code, as `solve.stepping` makes them."""
+
+    #: What pressed in the step before.
+    pressed: Pressed
+
+    def are_apart(self, y: Sequence[float]) -> bool:
+        """Whether it is sure that nothing overlaps at the time of the workspace."""
+
+    def step(self, t: float, h: float, y: Sequence[float], depth: float) -> Stepped | None:
+        """The step from `t` on; None where it is to be made in Python: something fails, or a
+        contact is deeper than it moves in the step, by more than `depth`."""
+
+
+class Reacting(Data):
+    """What machine code does for a run in Python besides evaluating."""
+
+    reactions: Reactions | None = None
+    steps: Steps | None = None
+
+
 #: From a program, the frame of a kernel, and the function of the memory and `ahead`.
-ReactorMaker: TypeAlias = "Callable[[Program, Any, Callable[..., int]], Reactions]"
+ReactorMaker: TypeAlias = "Callable[[Program, Any, Callable[..., int]], Reacting]"
 
 #: The program that leads to a start from simplified equations (`dae.HOMOTOPY`), loaded.
 Lead: TypeAlias = "Callable[[], tuple[Program, Kernel]]"
@@ -201,7 +236,7 @@ class Capabilities(Data):
     formulas: Formulas | None = None
     start: StartForm | None = None
     machine: Machine | None = None
-    reactions: Callable[[], Reactions | None] | None = None
+    reacting: Callable[[], Reacting] = Reacting
     lead: Lead | None = None
     corners: Sequence[float] = ()  # ascending
 

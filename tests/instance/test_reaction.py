@@ -400,9 +400,9 @@ end Long;
 def test_a_kernel_goes_with_its_last_owner() -> None:
     """What iterates its events does not hold it: garbage is seldom collected."""
     kernel = compiled(BALL).load()
-    reactions = kernel.capabilities.reactions
-    assert reactions is not None and reactions() is not None
-    del reactions
+    reacting = kernel.capabilities.reacting
+    assert reacting().reactions is not None
+    del reacting
     there = weakref.ref(kernel)
     del kernel
     assert there() is None

@@ -36,11 +36,13 @@ _TIDIED = ("sroa", "simplify_cfg", "instruction_combine", "loop_rotate", "simpli
 
 
 class Events(Data):
-    """The texts of a program's events: one that all of this kind share, and its own."""
+    """The texts of a program's events: one that all of this kind share, and its own. `often`: what
+    is shared takes most of a run."""
 
     kind: str
     shared: Callable[[], str]
     own: str
+    often: bool = False
 
 
 def compile_object(program: Program, events: Events | None = None) -> bytes:
@@ -74,10 +76,10 @@ def _own(text: str) -> bytes:
 
 
 def _events(events: Events) -> Iterator[bytes]:
-    """The object that models with events of this kind share, made in LLVM's quickest way: what runs
-    is the model's, mostly. And the model's own."""
-    write = events.shared
-    yield _kept(("events", events.kind), lambda: _compiled(write(), 0, ("sroa",)))
+    """The object that models with events of this kind share, made in LLVM's quickest way where what
+    runs is the model's, mostly. And the model's own."""
+    write, way = events.shared, (1, _TIDIED) if events.often else (0, ("sroa",))
+    yield _kept(("events", events.kind), lambda: _compiled(write(), *way))
     yield _own(events.own)
 
 

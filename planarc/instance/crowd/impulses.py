@@ -6,6 +6,8 @@
                                              nothing did
     px_recall(block, count)                  those of the step before, where contacts are the same
     px_keep_impulses(block, count)
+    px_doubt(block, h, count) -> flag        whether a contact is deeper than it moves in the step,
+                                             by more than `Own.TOLERANCE`
 
 Reference: `solve.stepping.struck`, `solve.stepping.impulses`.
 """
@@ -24,13 +26,17 @@ from planarc.instance.crowd.layout import (
     part,
     said,
 )
-from planarc.instance.plan import Table
+from planarc.instance.plan import Own, Table
+from planarc.solve.contact.impacts import DEEP
 from planarc.solve.stepping.impulses import MOST_SWEEPS
 from planarc.solve.stepping.struck import LEFT, PARTS, ROUNDING, SLOW
 
 
-def impulse_functions() -> tuple[str, ...]:
-    return _product(), _sweep(), _impulses(), _moved_by(), _clear(), _recall(), _keep()
+def impulse_functions(doubts: bool = False) -> tuple[str, ...]:
+    """`doubts`: Python decides where contacts find no room."""
+    asked = (_doubt(),) if doubts else ()
+    return (_product(), _sweep(), _impulses(), _moved_by(), _clear(), _recall(), _keep(),
+            *asked)  # fmt: skip
 
 
 @function("void px_product(i64 rows, ptr starts, ptr columns, ptr values, ptr x, ptr out)")
@@ -209,3 +215,19 @@ def _keep(c: Code, m: Value, count: Value) -> None:
             number.set(place + 1)
     known.store(number.get(), Kept.COUNT)
     c.give()
+
+
+@function("i32 px_doubt(ptr m, double h, i64 count)")
+def _doubt(c: Code, m: Value, h: Value, count: Value) -> None:
+    gap, before, after = arrays(m, Area.GAP, Area.U, Area.WAY)
+    with c.loop(count) as k:
+        fastest = c.variable(0.0)
+        for speeds in (before, after):
+            for row in (0, 1):
+                speed = c.absolute(speeds.load(REAL, k * 2 + row))
+                fastest.set(c.select(speed > fastest.get(), speed, fastest.get()))
+        end = gap.load(REAL, k) + h * 0.5 * after.load(REAL, k * 2)
+        depth = 0 - end - h * fastest.get() - DEEP
+        with c.when(depth > m.load(REAL, Own.TOLERANCE), leaves=True):
+            c.give(1)
+    c.give(0)

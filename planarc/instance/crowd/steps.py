@@ -48,8 +48,12 @@ _APART = (Area.A_COLUMNS, Area.M_COLUMNS, Area.KEY)
 
 def step_functions(delayed: bool) -> tuple[str, ...]:
     """`delayed`: steps become past."""
-    return (_unstruck(), _begin(delayed), _bring(), _arrays(), _strike(), _answer(), _mean(),
-            _finish(), _moment(), _try(delayed), _between())  # fmt: skip
+    return (_unstruck(), _begin(delayed), *moment_functions(), _try(delayed), _between())
+
+
+def moment_functions(doubts: bool = False) -> tuple[str, ...]:
+    """Those of one step. `doubts`: it is not finished where a contact finds no room."""
+    return _bring(), _arrays(), _strike(), _answer(), _mean(), _finish(doubts), _moment()
 
 
 @function("void px_unstruck(ptr m)", seldom=True)
@@ -185,10 +189,12 @@ def _mean(c: Code, m: Value, t: Value, h: Value, count: Value) -> None:
 
 
 @function("i32 px_finish_step(ptr m, double t, double h, i64 count)")
-def _finish(c: Code, m: Value, t: Value, h: Value, count: Value) -> None:
+def _finish(c: Code, m: Value, t: Value, h: Value, count: Value, doubts: bool) -> None:
     """The second half of the places' way; what pressed is shown."""
     n, ports = plan(c, Table.STATES), said(c, Count.PORTS)
     half, struck, free, new, way, end = _vectors(c, m, HALF, STRUCK, FREE, NEW, WAY, END)
+    if doubts:
+        attempt(c, "px_doubt", m, h, count)
     forces, impulse = arrays(m, Area.FORCES, Area.IMPULSE)
     for to in (end, way):
         c.run("px_copy", to, new, n)

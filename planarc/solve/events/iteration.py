@@ -241,8 +241,8 @@ class Events:
     @cached_property
     def _reactions(self) -> Reactions | None:
         """The same iteration in machine code."""
-        make = self.kernel.capabilities.reactions
-        found = None if make is None or self._request.stepping else make()
+        stepping = self._request.stepping
+        found = None if stepping else self.kernel.capabilities.reacting().reactions
         if found is not None:
             found.prepare(self._request.span, self._request.tolerance)
         return found

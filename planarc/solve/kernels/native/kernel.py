@@ -17,7 +17,7 @@ import numpy as np
 
 from planarc.ir.begin import LARGEST, TOLD, room
 from planarc.ir.frame import Frame, Mode, Number, Record, address
-from planarc.ir.kernel import Addresses, Capabilities, Lead, Reactions, ReactorMaker
+from planarc.ir.kernel import Addresses, Capabilities, Lead, Reacting, ReactorMaker
 from planarc.ir.program import Program
 from planarc.runtime.history import History
 from planarc.solve.kernels.derived import Derived
@@ -115,14 +115,14 @@ class NativeKernel(Derived):
     def capabilities(self) -> Capabilities:
         return Capabilities(self, self, self, self._react, self._lead)
 
-    def _react(self) -> Reactions | None:
-        return self._reactions
+    def _react(self) -> Reacting:
+        return self._reacting
 
     @cached_property
-    def _reactions(self) -> Reactions | None:
+    def _reacting(self) -> Reacting:
         react = None if self._reactor is None else self._engine.react
         if self._reactor is None or react is None:
-            return None
+            return Reacting()
         call = _checked(react, self.w, self._results, self._discrete_slots)
         return self._reactor(self._program, self._frame, call)
 
