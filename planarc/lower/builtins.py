@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial, reduce
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import Diagnostic, error
 from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.lower import delays, rounding, texts
 from planarc.lower.lefts import left_limit
 from planarc.lower.operators import relation
-from planarc.lower.scope import Scope, unsupported
+from planarc.lower.scope import Scope, UnknownCourse, unsupported
 from planarc.lower.values import Text, Value, expect_alike, expr, exprs, misfit_of
 from planarc.runtime import elementary, tensor
 from planarc.runtime.tensor import TooLarge, each, product, shape_of, stack
@@ -128,7 +128,8 @@ def _semi_linear(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 def _integer(span: Span, value: Value) -> int:
     e = expr(value)
     if not e.is_const:
-        raise error("L308", "an array size must be known when the model is compiled", span)
+        message = "an array size must be known when the model is compiled"
+        raise UnknownCourse(Diagnostic("L308", message, span))
     return int(e.data)
 
 

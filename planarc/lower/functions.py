@@ -217,7 +217,7 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     asserted, count = scope.model.assertions, len(scope.model.assertions)
     with scope.model.undone_on_error():
         try:
-            for variable in (*function.outputs, *function.locals):
+            for variable in _in_turn(function):
                 runner.declare(variable)
             runner.run_body(function.body)
         except Misfit as problem:
@@ -237,6 +237,16 @@ def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
     return tuple(runner.values[v.name] for v in function.outputs)
 
 
+def _in_turn(function: flat.Function) -> Sequence[flat.Variable]:
+    """Outputs and locals; outputs whose sizes are written with locals come behind these."""
+    names = {v.name for v in function.locals}
+    late = [v.name for v in function.outputs if names & names_in(filter(None, v.sizes))]
+    if not late:
+        return (*function.outputs, *function.locals)
+    early = (v for v in function.outputs if v.name not in late)
+    return (*early, *function.locals, *(v for v in function.outputs if v.name in late))
+
+
 def _refuse_argument(runner: Runner, variable: flat.Variable, call: _Call) -> None:
     """Refuse an array of other sizes than the other arguments say (12.4.1)."""
     value = runner.values[variable.name]
@@ -251,9 +261,10 @@ def _refuse_argument(runner: Runner, variable: flat.Variable, call: _Call) -> No
 
 
 def _started(scope: Scope, call: _Call) -> Runner:
-    names = (v.name for v in call.function.inputs)
-    values = dict(zip(names, call.arguments, strict=True))
-    return Runner(scope, f"function `{call.function.name}`", call.span, values=values)
+    function = call.function
+    values = dict(zip((v.name for v in function.inputs), call.arguments, strict=True))
+    label = f"function `{function.name}`"
+    return Runner(scope, label, call.span, values=values, function=function)
 
 
 # Integers that choose an entry --------------------------------------------------------

@@ -196,6 +196,7 @@ class Scope(Data):
     depth: int = 0  # of function calls
     path: Expr | None = None  # what must hold for it to be evaluated; None: nothing
     unset: Mapping[str, Expr] = {}  # where some of `locals` have no value
+    function: flat.Function | None = None  # whose variables `locals` are
 
     @property
     def table(self) -> Exprs:
@@ -243,13 +244,18 @@ class Scope(Data):
             if name in self.unset:
                 self.keep_set(name, f"`{name}` is used before it has a value", span)
             return self.locals[name]
-        if name in self.model.values:
+        if name in self.model.values and not self._is_own(name):
             return self.model.values[name]
         if self.locals is not None:
             message = f"`{name}` is used before it has a value"
             hint = "give it one above, or where it is declared"
             raise UnknownCourse(Diagnostic("L301", message, span, hint=hint))
         raise AssertionError(f"the flat model does not declare `{name}`")
+
+    def _is_own(self, name: str) -> bool:
+        """Whether a function declares it: the model's variable of this name is another one."""
+        f = self.function
+        return f is not None and name in (v.name for v in (*f.inputs, *f.outputs, *f.locals))
 
 
 def outside_of_when(span: Span, when: str = "when condition then", where: str = "") -> PlanarcError:

@@ -81,6 +81,7 @@ class Runner(Struct):
     turns: list[int] = field(default_factory=lambda: [0])  # likewise
     sizes: dict[str, flat.Dims] = field(default_factory=dict)  # of the variables declared
     unset: Unset = Unset()  # where some of `values` have none, in a function
+    function: flat.Function | None = None
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
     def run_body(self, statements: Sequence[flat.Statement]) -> None:
@@ -185,8 +186,9 @@ class Runner(Struct):
     def here(self) -> Scope:
         outer, path, unset = self.scope, self.whole_path(), self.unset.conditions
         return Scope(
-            outer.model, self.values, self.events, outer.at_event, outer.depth, path, unset
-        )
+            outer.model, self.values, self.events, outer.at_event, outer.depth, path, unset,
+            self.function,
+        )  # fmt: skip
 
     def whole_path(self) -> Expr | None:
         """The condition under which the present statement is run, from the outermost call on."""

@@ -8,6 +8,8 @@ from planarc.core.source import Span
 from planarc.ir import flat
 
 Value: TypeAlias = "float | int | bool | str | list[Value] | dict[str, Value]"
+#: The variables of a function, None before they have a value.
+Frame: TypeAlias = "dict[str, Value | None]"
 
 
 class NotConstant(Exception):

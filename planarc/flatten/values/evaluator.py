@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import operator
 import sys
-from typing import TypeAlias
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -17,15 +16,13 @@ from planarc.core.diagnostic import error
 from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.flatten.refusal import too_large
-from planarc.flatten.terms.constant import NotConstant, Value
+from planarc.flatten.terms.constant import Frame, NotConstant, Value
 from planarc.flatten.tree.demand import attributes_of, leaf_binding
 from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Leaf, Session
 from planarc.flatten.values import compute
 from planarc.ir import flat
 from planarc.ir.flatwalk import is_false
-
-Frame: TypeAlias = "dict[str, Value]"
 
 
 def range_count(first: float, step: float, last: float, span: Span) -> int:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from planarc.core.diagnostic import Diagnostic, Misfit, error
 from planarc.core.prose import counted, sized
 from planarc.core.source import Span
-from planarc.flatten.terms.constant import NotConstant, Value
+from planarc.flatten.terms.constant import Frame, NotConstant, Value
 from planarc.flatten.tree.nodes import Session
 from planarc.flatten.values import compute
 from planarc.flatten.values.foreign import external_values
@@ -32,7 +32,7 @@ class Caller(Protocol):
 
     def value(self, e: flat.Expression, /) -> Value: ...
 
-    def called(self, frame: dict[str, Value], /) -> Caller: ...
+    def called(self, frame: Frame, /) -> Caller: ...
 
     def function(self, name: str, /) -> flat.Function | None: ...
 
@@ -49,7 +49,7 @@ class _Run:
 
     def __init__(self, function: flat.Function, caller: Caller) -> None:
         self.function = function
-        self.frame: dict[str, Value] = {}
+        self.frame: Frame = {}
         self.sizes: dict[str, flat.Dims] = {}  # as they are declared
         self.evaluator = caller.called(self.frame)
         self.value = self.evaluator.value
@@ -61,8 +61,11 @@ class _Run:
             value = self.value(variable.binding)
             _expect_size(variable.name, dims, value, variable.binding.span)
             self.frame[variable.name] = value
-        else:
+        elif dims or variable.type.base is flat.Base.RECORD:
+            # Entries and fields may be assigned one by one.
             self.frame[variable.name] = _empty(variable.type, dims)
+        else:
+            self.frame[variable.name] = None
 
     def _dims(self, variable: flat.Variable) -> flat.Dims:
         """The dimensions, with those that depend on the inputs computed."""
@@ -157,7 +160,8 @@ class _Run:
         if not any(isinstance(s, flat.Slice) or s.type.dims for s in target.subscripts):
             _expect_size(target.span.text, wanted, value, target.span)
         indices = [None if isinstance(s, flat.Slice) else self.value(s) for s in target.subscripts]
-        old = self.frame.get(name, 0.0)
+        old = self.frame.get(name)
+        old = 0.0 if old is None else old
         self.frame[name] = _stored_field(old, fields, indices, value, target.span)
 
 
@@ -250,4 +254,11 @@ def run_function(
             run.run(function.body)
     except Misfit as problem:
         raise problem.called(span) from None
-    return [run.frame[v.name] for v in function.outputs]
+    results = []
+    for variable in function.outputs:
+        result = run.frame[variable.name]
+        if result is None:
+            reason = f"`{function.name}` gives its output `{variable.name}` no value"
+            raise NotConstant(reason, span)
+        results.append(result)
+    return results
