@@ -30,7 +30,7 @@ import numpy as np
 
 from planarc.core.arrays import taken
 from planarc.core.diagnostic import PlanarcError
-from planarc.ir.kernel import Kernel
+from planarc.ir.kernel import Kernel, Pressed
 from planarc.ir.program import Program
 from planarc.solve.contact import messages
 from planarc.solve.contact.impacts import DEEP
@@ -80,6 +80,7 @@ class Moreau(FixedStep):
         self.slack = REST * self._length
         self.poles = _NoPoles(kernel, states, False)
         self._ports = Ports(program, kernel)
+        self._machine = kernel.capabilities.reacting().steps
         members = self._ports.crowds()
         self._crowds = [Crowd(self._ports, m) for m in members.values()]
         counts = (len(self._ports.touches.all), *(2 * len(m) ** 2 for m in members.values()))
@@ -88,11 +89,12 @@ class Moreau(FixedStep):
         self._looked = False  # whether the start was
         self._candidates = program.candidates
         self._ports.touches.ignore()
-        self._known: tuple[Array, Vector] = (np.zeros(0, dtype=np.int64), np.zeros((0, 2)))
+        self._known: Pressed = (np.zeros(0, dtype=np.int64), np.zeros((0, 2)))
+        if self._machine is not None:
+            self._machine.pressed = self._known  # its memory is that of an earlier run, maybe
         self._middle: tuple[float, Vector] = (0.0, np.zeros(states))
         self._struck = np.zeros(states, dtype=bool)  # what contacts changed in the last step
         self._deepest = 0.0  # where contacts without room were looked for in vain
-        self._machine = kernel.capabilities.reacting().steps
 
     def _begin(self, absolute: Sequence[float], step: float | None) -> None:
         self._origin, self._index = self._t, 0

@@ -14,6 +14,8 @@ from planarc.compiler import compile_model
 from planarc.instance.crowd.stepper import Stepper
 from planarc.ir.kernel import Stepped
 from planarc.request.request import Request
+from planarc.solve.solvers.integrator import Settings
+from planarc.solve.stepping.moreau import Moreau
 from tests.export.test_crowd import BOX, DRUM, LOOP
 
 Step = Callable[..., Stepped | None]
@@ -68,6 +70,19 @@ def test_what_pressed_is_kept_without_zeros() -> None:
     steps.pressed = np.array([3, 5, 9]), np.array([[1.0, 0.5], [0.0, 0.0], [0.0, -2.0]])
     keys, impulses = steps.pressed
     assert keys.tolist() == [3, 9] and impulses.tolist() == [[1.0, 0.5], [0.0, -2.0]]
+
+
+def test_a_run_begins_without_what_pressed_in_an_earlier_one() -> None:
+    """A kernel goes on from run to run, and its steps with it."""
+    compiled = compile_model(Request(text=BOX))
+    kernel = compiled.load()
+    steps, machine = kernel.capabilities.reacting().steps, kernel.capabilities.machine
+    assert steps is not None and machine is not None
+    steps.pressed = np.array([3]), np.array([[1.0, 0.5]])
+    machine.renew()
+    settings = Settings(tolerance=1e-6, span=1.0, relations=0, fixed_step=1e-3)
+    Moreau(compiled.program, kernel, compiled.program.state_count, settings)
+    assert steps.pressed[0].tolist() == []
 
 
 def test_a_state_that_is_no_number_is_left_to_python(monkeypatch: pytest.MonkeyPatch) -> None:
