@@ -101,8 +101,9 @@ class Samples:
     def values(self, roots: Sequence[Expr]) -> Values:
         """Formulas at all positions, a row each."""
         found = np.empty((len(roots), len(SPREAD)))
-        for row, root in zip(found, roots, strict=True):
-            row[:] = self._formulas(root)
+        with np.errstate(all="ignore"):
+            for row, root in zip(found, roots, strict=True):
+                row[:] = self._formulas(root)
         return found
 
     def _number(self, root: Expr) -> Values:
