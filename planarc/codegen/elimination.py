@@ -43,6 +43,7 @@ from planarc.ir.program import Direct
 from planarc.ir.sorted import Block
 
 if TYPE_CHECKING:
+    from planarc.core.arrays import Array as Indices
     from planarc.core.arrays import Vector as Values
 
 #: Products per equation from which an elimination fills up and gains nothing.
@@ -95,8 +96,9 @@ def eliminate(
     return Direct(unknowns, tuple(place), tuple(rows), operations, done.placed(tears, len(place)))
 
 
-#: References of 0 and 1.
+#: References of 0 and 1; -1 at all samples.
 _ZERO, _ONE = -2, -4
+_MINUS_ONE = np.full(len(SPREAD), -1.0)
 
 
 class _Operations(Struct):
@@ -181,8 +183,7 @@ class _Work(Struct):
         """A row: unknowns with their coefficients; whether it gives an unknown of its `own`."""
         index, listed = len(self.rows), list(entries)
         if own:
-            sizes = np.full(len(SPREAD), -1.0)
-            listed.append((self.tears + index, self.done.number(-1.0), sizes))
+            listed.append((self.tears + index, self.done.number(-1.0), _MINUS_ONE))
         self.rows.append({j: ref for j, ref, _ in listed})
         self.numbers.append({j: sizes for j, _, sizes in listed})  # type: ignore[misc]
         self.constants.append(constant)
@@ -225,22 +226,15 @@ class _Work(Struct):
 
     def _scale(self, sizes: Values) -> None:
         """Set `numbers` from the coefficients of all rows, one below the other."""
-        each = iter(np.abs(sizes).max(axis=1).tolist())
-        largest: list[dict[int, float]] = [dict(zip(row, each, strict=False)) for row in self.rows]
-        of_column = dict.fromkeys(self.columns, 1.0)
-        for _ in range(3):
-            of_row = [
-                max((a * of_column[j] for j, a in row.items()), default=0.0) or 1.0
-                for row in largest
-            ]
-            of_column = {
-                j: 1.0 / (max(largest[i][j] / of_row[i] for i in rows) or 1.0)
-                for j, rows in self.columns.items()
-            }
-        factors = [
-            of_column[j] / size for row, size in zip(self.rows, of_row, strict=True) for j in row
-        ]
-        scaled = iter((sizes * np.array(factors)[:, None]).tolist())
+        rows = np.repeat(np.arange(len(self.rows)), [*map(len, self.rows)])
+        unknowns = np.array([j for row in self.rows for j in row])
+        largest, of_column = np.abs(sizes).max(axis=1), np.ones(len(self.rows))
+        with np.errstate(all="ignore"):
+            for _ in range(3):
+                of_row = _largest(rows, largest * of_column[unknowns], len(self.rows))
+                of_column = 1.0 / _largest(unknowns, largest / of_row[rows], len(self.rows))
+            factors = of_column[unknowns] / of_row[rows]
+        scaled = iter((sizes * factors[:, None]).tolist())
         self.numbers = [dict(zip(row, scaled, strict=False)) for row in self.rows]
 
     def _offer(self, i: int) -> None:
@@ -259,9 +253,8 @@ class _Work(Struct):
         large = [p > SMALLEST for p in pivots]
         for k in self.columns[j]:
             if k != i:
-                for n, other in enumerate(self.numbers[k][j]):
-                    if not pivots[n] >= threshold * abs(other):
-                        large[n] = False
+                told = zip(large, pivots, self.numbers[k][j], strict=True)
+                large = [known and p >= threshold * abs(other) for known, p, other in told]
         return large.count(False) <= spared
 
     def _eliminate(self, i: int, j: int) -> None:
@@ -311,3 +304,11 @@ class _Work(Struct):
                     total = self.done.sum(total, e, found[k])
                 found[j] = self.done.sum(_ZERO, total, inverse) ^ 1
         return [found[j] for j in range(self.tears)]
+
+
+def _largest(groups: Indices, sizes: Values, count: int) -> Values:
+    """The largest size of each group; 1 where there is none but 0."""
+    found = np.zeros(count)
+    np.maximum.at(found, groups, sizes)
+    found[found == 0.0] = 1.0
+    return found
