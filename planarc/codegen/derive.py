@@ -82,7 +82,7 @@ class Deriver:
         ]
 
     def _assignment(self, a: Assignment) -> Assignment:
-        self._learn((a,))
+        self._factoring.learn((a,))
         if self._samples is not None:
             self._samples.assign(a.target, a.value)
         return a
@@ -94,25 +94,21 @@ class Deriver:
         residuals = tuple(r.value for r in block.residuals)
         linear = block.linear and bool(residuals)
         if not linear:  # its matrix may use what the block computes
-            self._learn(own)
+            self._factoring.learn(own)
         assignments = tuple((a.target, a.value) for a in block.inner)
         slopes = forward.local_slopes(table, block.tears, assignments, residuals)
         if self._samples is not None:
             self._samples.solve(block, slopes)
         direct = self._direct(block, slopes) if linear and not height else None
         if direct is not None:
-            self._learn(own)
+            self._factoring.learn(own)
             return Derived(block, height, first, own, direct=direct)
         unrolled, tangent = self._jacobian(block, slopes)
         zero: Steps = ()
         if linear:
             zero, residuals = at_zero(table, block)
-            self._learn(own)
+            self._factoring.learn(own)
         return Derived(block, height, first, own, residuals, unrolled, tangent, zero)
-
-    def _learn(self, inner: Sequence[Assignment]) -> None:
-        for a in inner:
-            self._factoring.learn(a.target, a.value)
 
     def _jacobian(
         self, block: Block, slopes: tuple[forward.Local, ...]

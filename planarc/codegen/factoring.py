@@ -52,12 +52,12 @@ def shorten_levels(table: Exprs, levels: Iterable[Level]) -> tuple[Level, ...]:
 def _shortened(step: Step, factoring: Factoring) -> Step:
     if isinstance(step, Assignment):
         value = factoring(step.value)
-        factoring.learn(step.target, step.value)
+        factoring.learn((step,))
         return Assignment(step.target, value, step.equation)
     inner = []
     for a in step.inner:
         inner.append(Assignment(a.target, factoring(a.value), a.equation))
-        factoring.learn(a.target, a.value)
+        factoring.learn((a,))
     residuals = tuple(Residual(factoring(r.value), r.equation) for r in step.residuals)
     return Block(step.tears, tuple(inner), residuals, step.linear)
 
@@ -67,15 +67,13 @@ class Factoring:
 
     def __init__(self, table: Exprs) -> None:
         self._table = table
+        self._learnt: list[Assignment] = []  # since a sum was shortened
         self._known: dict[Monomial, list[tuple[Expr, Sum]]] = {}  # by their first products
         self._sums: dict[Expr, Sum] = {}
 
-    def learn(self, symbol: Expr, value: Expr) -> None:
-        """Note that the symbol holds the value from here on."""
-        if value.op is _ADD and len(value.args) <= LONGEST:
-            terms = self._sum(value)
-            if len(terms) > 1 and frozenset() not in terms:
-                self._known.setdefault(next(iter(terms)), []).append((symbol, terms))
+    def learn(self, assignments: Iterable[Assignment]) -> None:
+        """Note that targets hold their values from here on."""
+        self._learnt += assignments
 
     def __call__(self, root: Expr) -> Expr:
         """The formula with known sums taken from their variables."""
@@ -90,10 +88,16 @@ class Factoring:
         return fold(root, done, shortened)
 
     def _shorten(self, e: Expr) -> Expr:
+        for a in self._learnt:
+            if a.value.op is _ADD and len(a.value.args) <= LONGEST:
+                terms = self._sum(a.value)
+                if len(terms) > 1 and frozenset() not in terms:
+                    self._known.setdefault(next(iter(terms)), []).append((a.target, terms))
+        self._learnt.clear()
         if len(e.args) > LONGEST or not self._known:
             return e
         terms = known = self._sum(e)
-        while (found := self._find(terms)) is not None:
+        while len(terms) > 1 and (found := self._find(terms)) is not None:
             used, monomial, scale = found
             terms = {m: c for m, c in terms.items() if m not in used}
             terms[monomial] = terms.get(monomial, 0.0) + scale

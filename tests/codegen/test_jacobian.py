@@ -10,6 +10,7 @@ from planarc.codegen import jacobian as forward
 from planarc.codegen.factoring import Factoring
 from planarc.evaluate.value import evaluate
 from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.ir.sorted import Assignment
 
 
 def to_sympy(root: Expr) -> sympy.Expr:
@@ -84,7 +85,7 @@ def test_both_forms_are_the_derivatives_that_sympy_finds(
     for symbol, value in inner:
         values[symbol.name] = evaluate(value, lambda e: values[e.name])
         replaced[sympy.Symbol(symbol.name)] = to_sympy(value).subs(replaced)
-        factoring.learn(symbol, value)
+        factoring.learn((Assignment(symbol, value, 0),))
     point = {sympy.Symbol(k): v for k, v in POINT.items()}
     wanted = [
         [
