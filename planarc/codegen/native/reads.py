@@ -30,4 +30,4 @@ def reads_of(program: Program, shapes: Shapes) -> Counter[Expr]:
 
 def counted(values: Iterable[Expr], shapes: Shapes) -> Counter[Expr]:
     """How many of the values read each leaf."""
-    return Counter(chain.from_iterable(shapes(value)[1] for value in values))
+    return Counter(chain.from_iterable(shapes(v)[1] if v.args else (v,) for v in values))

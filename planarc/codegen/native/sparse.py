@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
 
 from planarc.codegen.native.assembly import BIT, FLAG, INT, REAL, Code, Negative, Value, function
 from planarc.codegen.native.flags import DONE
@@ -27,12 +26,13 @@ def operate(
     direct: Direct, value: Callable[[Expr], Value], pause: Callable[[], None]
 ) -> list[Value]:
     """The tears by the operations, from the values; with a `pause` before each."""
-    numbers: list[Value] = []
-    count = len(direct.values)
-    known = cache(lambda i: value(direct.values[i]))
+    numbers: list[Value | None] = [None] * len(direct.values)
 
     def number(i: int) -> Value:
-        return known(i) if i < count else numbers[i - count]
+        found = numbers[i]
+        if found is None:  # a value that is read for the first time
+            found = numbers[i] = value(direct.values[i])
+        return found
 
     for a, negative, factors in operations_of(direct):
         pause()
@@ -40,8 +40,8 @@ def operate(
             assert a is not None
             numbers.append(1.0 / number(a))
             continue
-        first, *rest = map(number, factors)
-        product = first.code.product([first, *rest])
+        found = [*map(number, factors)]
+        product = found[0].code.product(found)
         term = Negative(product) if negative else product
         numbers.append(term.kept() if a is None else product.code.sum([number(a), term]))
     return [-number(ref >> 1) if ref & 1 else number(ref >> 1) for ref in direct.tears]

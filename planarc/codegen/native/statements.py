@@ -183,7 +183,7 @@ class Statements(ABC):
         return self._w.load(REAL, slot)
 
     def _value(self, e: Expr) -> Value:
-        return formula(self._code, e, self._leaf)
+        return self._leaf(e) if e.op is Op.SYMBOL else formula(self._code, e, self._leaf)
 
     def _let(self, let: Let) -> None:
         self._break()
