@@ -34,6 +34,8 @@ from planarc.ir.program import Let, Program
 
 #: Operations whose nodes have data.
 _TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
+#: What is written as columns; plain values need no look.
+_COLUMNS = (Expr, Data, tuple)
 
 
 class Place(Data):
@@ -129,10 +131,9 @@ def loads(data: bytes) -> Any:
 
 def _in_columns(value: Any, places: Callable[[tuple[Expr, ...]], Places]) -> Any:
     """A tuple as it is written, where all in it are of one kind; else the value itself."""
-    kinds = set(map(type, value)) if type(value) is tuple else ()
-    if len(kinds) != 1:
+    kind: Any = type(value[0]) if type(value) is tuple and value else None
+    if kind is None or not issubclass(kind, _COLUMNS) or set(map(type, value)) != {kind}:
         return value
-    (kind,) = kinds
     if kind is Expr:
         return places(value)
     own = issubclass(kind, Data)
