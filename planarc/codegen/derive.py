@@ -84,7 +84,7 @@ class Deriver:
     def _assignment(self, a: Assignment) -> Assignment:
         self._factoring.learn((a,))
         if self._samples is not None:
-            self._samples.assign(a.target, a.value)
+            self._samples.assign((a,))
         return a
 
     def _block(self, block: Block, height: int) -> Derived:
@@ -133,6 +133,5 @@ def _take_samples(sorted: SortedDae, reach: Reach) -> Samples | None:
     from planarc.codegen.samples import Samples
 
     samples = Samples(sorted)
-    for a in reach.constant:
-        samples.assign(a.target, a.value)
+    samples.assign(reach.constant)
     return samples

@@ -16,7 +16,7 @@ will take other positions, and its parameters other values.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from planarc.codegen.jacobian import Local
 from planarc.evaluate.rows import RowValues
 from planarc.ir.dae import Kind
 from planarc.ir.expr import Expr
-from planarc.ir.sorted import Block, SortedDae
+from planarc.ir.sorted import Assignment, Block, SortedDae
 
 if TYPE_CHECKING:
     from planarc.core.arrays import Vector as Values
@@ -45,6 +45,7 @@ class Samples:
     def __init__(self, sorted: SortedDae) -> None:
         self._values: dict[Expr, Values] = {}
         self._everywhere: dict[float, Values] = {}  # numbers that are the same at all positions
+        self._waiting: list[Assignment] = []
         self._formulas = self._anew()
         self._spread = np.array(SPREAD)
         self._seed = 5
@@ -100,6 +101,7 @@ class Samples:
 
     def values(self, roots: Sequence[Expr]) -> Values:
         """Formulas at all positions, a row each."""
+        self._take()
         found = np.empty((len(roots), len(SPREAD)))
         with np.errstate(all="ignore"):
             for row, root in zip(found, roots, strict=True):
@@ -110,12 +112,19 @@ class Samples:
         """The formula at all positions, without dimensions where it is the same everywhere."""
         return np.asarray(self._formulas(root), float)
 
-    def assign(self, target: Expr, value: Expr) -> None:
+    def assign(self, assignments: Iterable[Assignment]) -> None:
+        """Note what targets hold from here on: what nothing asks for is not computed."""
+        self._waiting += assignments
+
+    def _take(self) -> None:
         with np.errstate(all="ignore"):
-            self.set(target, self.value(value))
+            for a in self._waiting:
+                self.set(a.target, self.value(a.value))
+        self._waiting.clear()
 
     def solve(self, block: Block, formulas: Sequence[Local]) -> None:
         """Give the block's unknowns values: candidates near their start, others anything."""
+        self._take()
         n = len(block.tears)
         x = np.empty((len(SPREAD), n))
         for j, tear in enumerate(block.tears):
