@@ -11,13 +11,20 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, Severity, UsageError, usage_error
+from planarc.core.diagnostic import (
+    Diagnostic,
+    PlanarcError,
+    Severity,
+    UsageError,
+    usage_error,
+)
 from planarc.core.mend import Meant
 from planarc.core.options import Redundant, Units
 from planarc.core.prose import be, shortened, ticked
@@ -231,13 +238,16 @@ def _is_unit(text: str) -> bool:
 
 
 def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
-    from planarc.core.nearest import did_you_mean
+    from planarc.core.nearest import MOST, did_you_mean
 
     package, _, last = wanted.rpartition(".")
     inside = (f"{package}.{n}" if package else n for n in library.class_names(package))
     known = list(dict.fromkeys((*names, *inside)))
     alike = tuple(n for n in known if n.rpartition(".")[2].lower() == last.lower())
     near = did_you_mean(wanted, known) or (Meant(wanted, alike) if alike else None)
+    with suppress(PlanarcError):  # a package that cannot be read is no help
+        if not names and (deeper := tuple(islice(_deeper(wanted, library), MOST))):
+            near = Meant(wanted, deeper)
     if re.fullmatch(r"[\d.]+\w*", wanted):
         hint = f"a number belongs to an option, such as `--stop {wanted}`"
         return _usage("C103", f"there is no class `{wanted}`", hint)
@@ -260,6 +270,21 @@ def _unknown(wanted: str, library: Library, names: Sequence[str]) -> UsageError:
         return _usage("C103", f"there is no class `{wanted}`", hint)
     hint = str(near or "see `planarc list` for the names")
     return _usage("C103", f"there is no class `{wanted}`", hint)
+
+
+def _deeper(wanted: str, library: Library) -> Iterator[str]:
+    """Classes of the wanted one's last name in packages of the package that is there, or of any;
+    what stands inside of a file is found where the file was read."""
+    package, _, last = wanted.rpartition(".")
+    while package and library.entry(package) is None:
+        package = package.rpartition(".")[0]
+    stack = [library.entry(n) for n in ((package,) if package else library.top_names())]
+    for entry in stack:
+        for child in () if entry is None else map(entry.child, entry.child_names()):
+            if child is not None and child.name.lower() == last.lower():
+                yield child.full_name
+            elif child is not None and (child.folder is not None or child.is_read):
+                stack.append(child)
 
 
 def _models_named(name: str) -> list[Path]:
