@@ -82,5 +82,7 @@ def _c_library() -> dict[str, int]:
         "floor",
         "ceil",
         "trunc",
+        "calloc",
+        "free",
     )
     return {n: ctypes.cast(getattr(library, n), ctypes.c_void_p).value or 0 for n in names}
