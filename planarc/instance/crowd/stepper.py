@@ -70,7 +70,7 @@ class Stepper:
         if not self._answers(apart=False):
             return None
         end, half, struck = self._vectors[[END, HALF, STRUCK]]
-        return Stepped(end, half, struck == 1.0) if np.isfinite(end).all() else None
+        return Stepped(end, half, struck == 1.0)
 
     @property
     def pressed(self) -> Pressed:
