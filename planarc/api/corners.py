@@ -29,6 +29,8 @@ ROUNDING, DIGITS = 1e-9, 1e-14
 
 def corners(times: Vector, values: Vector) -> Vector:
     """The times at which to stop, ascending."""
+    if not len(times):
+        return times
     heights = _heights(times, values)
     reach = float(np.ptp(values))
     least = max(ROUNDING * reach, DIGITS * float(np.max(np.abs(values))))

@@ -25,6 +25,7 @@ from planarc.ir.kernel import Kernel
 from planarc.ir.program import Program
 from planarc.request.request import Request
 from planarc.solve.kept import Shelf
+from planarc.solve.settings import resolve
 from planarc.stages import to_code
 
 if TYPE_CHECKING:
@@ -148,13 +149,12 @@ class Loaded:
             return kernel
         from planarc.api.signals import ForcedKernel, read_corners, read_signals
 
-        program = self.program
-        begin = program.experiment.start if options.start is None else options.start
-        stop = program.experiment.stop if options.stop is None else options.stop
-        signals = read_signals(inputs, program.inputs, stop - begin)
+        program, asked = self.program, resolve(self.program, options)
+        signals = read_signals(inputs, program.inputs, asked.stop - asked.start)
         slots = [(program.slots[name], f) for name, f in signals.items()]
-        bends = read_corners(inputs)
-        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, begin, bends)
+        own = asked.fixed_step is not None  # such steps look at functions when they were told to
+        bends = read_corners(inputs, asked.grid[:0] if own else asked.grid)
+        return ForcedKernel(kernel, lambda t: {k: f(t) for k, f in slots}, asked.start, bends)
 
     def take_name(self, of: Program, changed: Collection[str] = ()) -> None:
         """Be called as another model, of which this is a variant with other values of some

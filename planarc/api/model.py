@@ -160,7 +160,8 @@ class Model(Loaded):
         `"equilibrium"`, `"assembly 2"` (as `assemble` lists them, from 1), or the last row of a
         Result or of a file, whatever initial equations say. `inputs` are numbers, functions of
         time or tables, one for each element of an array; Booleans, Integers and enumerations are
-        held. What the model needs of their derivatives follows, or is given as `der(u)`.
+        held. What a function does between two rows may be stepped over. What the model needs of
+        their derivatives follows, or is given as `der(u)`.
         `solver` is a member of `Solver` or its name, as `cvode-adams`; those of one step length, as
         `rk4`, take a `fixed_step` (s). `contact="stepping"` takes rigid contacts by steps of
         that length instead of at events, as a model with a crowd does by itself. `redundant`: see

@@ -2,9 +2,9 @@
 
 A signal is a number, a function `f(t)`, or a table: a pair (times, values), or rows of
 them. Tables go through their points as a cubic spline where second derivatives are needed,
-and on straight lines where they are not; a run stops at their `corners`. A motion may also be
-three functions: position, velocity, acceleration; those that are not given come from
-differences of high order.
+and on straight lines where they are not; a run stops at their `corners`, and at those that a
+function shows at the rows of the run. A motion may also be three functions: position, velocity,
+acceleration; those that are not given come from differences of high order.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from typing import Any, TypeAlias, TypeGuard
 import numpy as np
 
 from planarc.api.corners import corners
-from planarc.core.diagnostic import usage_error
+from planarc.core.arrays import Vector
+from planarc.core.diagnostic import UsageError, usage_error
 from planarc.ir.kernel import Capabilities, Kernel
 
 #: A number, a function of time, or a table of (times, values).
@@ -65,14 +66,29 @@ def read_signals(
     return found
 
 
-def read_corners(given: Mapping[str, Signal]) -> list[float]:
-    """The instants, ascending, at which tables bend so much that a run must stop there."""
-    tables = [
-        read_table(n, s)
-        for n, s in given.items()
-        if not isinstance(s, int | float) and not callable(s)
-    ]
+def read_corners(given: Mapping[str, Signal], rows: Vector) -> list[float]:
+    """The instants, ascending, at which signals bend so much that a run must stop there.
+
+    A function is looked at where the run has `rows`, so that what these show was felt, too.
+    """
+    moving = {n: s for n, s in given.items() if not isinstance(s, int | float)}
+    tables = [_seen(n, s, rows) if callable(s) else read_table(n, s) for n, s in moving.items()]
     return sorted({t for table in tables for t in corners(*table).tolist()})
+
+
+def _seen(name: str, function: Callable[[float], Any], rows: Vector) -> tuple[Vector, Vector]:
+    """A function as a table. Where it has no value nothing is known yet: the run may end before."""
+    signal = _checked(name, function)
+
+    def value(t: float) -> float:
+        try:
+            return signal(t)
+        except UsageError:
+            return math.nan
+
+    values = np.array([value(t) for t in rows.tolist()])
+    known = np.isfinite(values)
+    return rows[known], values[known]
 
 
 def _slope(name: str, given: Signal) -> Callable[[float], float]:

@@ -1,4 +1,4 @@
-"""Pulses in the tables of inputs are seen, and long smooth tables stay cheap."""
+"""Pulses in the tables and functions of inputs are seen, and smooth ones stay cheap."""
 
 from __future__ import annotations
 
@@ -43,6 +43,39 @@ def test_a_pulse_is_not_stepped_over(integral: Model, how: dict[str, Any]) -> No
     assert result["x"][-1] == pytest.approx(1, abs=1e-4)
     assert not result.events
     assert len(result) == len(integral.simulate(10))
+
+
+@pytest.mark.parametrize("begin", [0.013, 5.0, 5.0137, 9.97])
+@pytest.mark.parametrize("solver", ["auto", "lsoda", "scipy-bdf"])
+def test_what_the_rows_show_of_a_function_is_felt(
+    integral: Model, begin: float, solver: str
+) -> None:
+    """A pulse as long as the rows are apart, over which steps would pass without a word."""
+    result = integral.simulate(
+        10, inputs={"u": lambda t: 100.0 if begin <= t < begin + 0.02 else 0.0}, solver=solver
+    )
+    assert result["u"].max() == 100
+    assert result["x"][-1] == pytest.approx(2, abs=1e-3)
+
+
+def test_a_fixed_step_looks_at_a_function_when_it_is_told_to() -> None:
+    """Steps of Euler's method by der(x) = -x multiply x by 1 - h."""
+    model = planarc.load(
+        "model D input Real u; Real x(start=1, fixed=true); equation der(x) = u - x; end D;"
+    )
+    how: dict[str, Any] = {"solver": "euler", "fixed_step": 0.1}
+    found = model.simulate(1, inputs={"u": lambda t: 1e-9 * math.sin(30 * t)}, **how)["x"][-1]
+    assert found == pytest.approx(0.9**10, rel=1e-6)
+
+
+def test_a_function_that_fails_is_told_when_the_run_comes_by(integral: Model) -> None:
+    def root(t: float) -> float:
+        return math.sqrt(2 - t)
+
+    x = integral.simulate(1, inputs={"u": root})["x"][-1]
+    assert x == pytest.approx(2 / 3 * (2**1.5 - 1), rel=1e-4)
+    with pytest.raises(planarc.UsageError, match="fails at t = 2"):
+        integral.simulate(10, inputs={"u": root})
 
 
 def test_a_fixed_step_is_not_longer_behind_a_corner() -> None:
