@@ -1,6 +1,6 @@
 """The corners of a table that a run must not step over.
 
-In:   ascending times, values
+In:   ascending times, two equal ones at a jump; values
 Out:  the times at which the integrator is to stop
 
 An integrator sees a signal where its steps end, and takes a pulse between these for nothing. The
@@ -42,13 +42,15 @@ def corners(times: Vector, values: Vector) -> Vector:
 
 def _heights(times: Vector, values: Vector) -> Vector:
     """The greatest height of each point: at distances 1, 2, 4, ..., every point, every second one,
-    every fourth one, and so on. Values stand still outside of the table."""
+    every fourth one, and so on. Values stand still outside of the table; where it jumps at an end,
+    the other point of that time is high."""
     found, apart = np.zeros(len(times)), 1
     while apart < len(times):
         t, u = times[::apart], values[::apart]
         before, after = np.diff(t, prepend=2 * t[0] - t[1]), np.diff(t, append=2 * t[-1] - t[-2])
         back, ahead = np.diff(u, prepend=u[0]), np.diff(u, append=u[-1])
-        height = np.abs(ahead * before - back * after) / (before + after)
+        height, around = np.abs(ahead * before - back * after), before + after
+        height = np.divide(height, around, out=np.zeros_like(height), where=around > 0)
         found[::apart] = np.maximum(found[::apart], height)
         apart *= 2
     return found

@@ -48,7 +48,8 @@ def read_signals(
     """Each input as a function of time, and those of its derivatives that are inputs, too.
 
     `der(u)` of a table is the slope of its straight lines, to the right at a point. Where
-    `der(der(u))` is needed, the table is a spline, so that all three belong together.
+    `der(der(u))` is needed, the table is a spline, so that all three belong together. A table
+    that jumps has neither.
     """
     found = {name: read_signal(name, s) for name, s in given.items()}
     for name, signal in given.items():
@@ -94,7 +95,7 @@ def _seen(name: str, function: Callable[[float], Any], rows: Vector) -> tuple[Ve
 def _slope(name: str, given: Signal) -> Callable[[float], float]:
     if isinstance(given, int | float):
         return lambda t: 0.0
-    times, values = read_table(name, given)
+    times, values = _read_smooth(name, given)
     slopes = [0.0, *(np.diff(values) / np.diff(times)).tolist(), 0.0]
     return lambda t: slopes[int(np.searchsorted(times, t, "right"))]
 
@@ -109,7 +110,7 @@ def read_motion(name: str, given: Signal, span: float) -> Motion:
     if isinstance(given, int | float):
         value = _finite(name, given, 0.0)
         return lambda t: (value, 0.0, 0.0)
-    times, values = read_table(name, given)
+    times, values = _read_smooth(name, given)
     if len(times) < 4:
         raise usage_error(
             "C210", f"the motion of `{name}` needs at least 4 points, not {len(times)}"
@@ -134,8 +135,8 @@ def _is_three(given: Any) -> TypeGuard[Sequence[Callable[[float], float]]]:
     return isinstance(given, tuple | list) and len(given) == 3 and all(map(callable, given))
 
 
-def read_table(name: str, given: Any) -> tuple[Any, Any]:
-    """Ascending times and values."""
+def read_table(name: str, given: Any) -> tuple[Vector, Vector]:
+    """Ascending times and values. Two points at one time are a jump, as in rows at an event."""
     try:
         table = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -149,8 +150,29 @@ def read_table(name: str, given: Any) -> tuple[Any, Any]:
             hint="give two sequences of equal length, with at least two points",
         )
     times, values = table
-    if not np.all(np.isfinite(table)) or not np.all(np.diff(times) > 0):
+    if not np.all(np.isfinite(table)) or not np.all(np.diff(times) >= 0):
         raise usage_error("C210", f"the table of `{name}` must be finite, with times that ascend")
+    return _without_repetitions(times, values)
+
+
+def _without_repetitions(times: Vector, values: Vector) -> tuple[Vector, Vector]:
+    """Of the points at one time the first and the last, and one alone where these agree."""
+    first, last = np.diff(times, prepend=-np.inf) > 0, np.diff(times, append=np.inf) > 0
+    begun = values[first][np.cumsum(first) - 1]
+    kept = first | (last & (values != begun))
+    return times[kept], values[kept]
+
+
+def _read_smooth(name: str, given: Any) -> tuple[Vector, Vector]:
+    """A table without jumps, for whoever needs a derivative of it."""
+    times, values = read_table(name, given)
+    jumps = times[1:][np.diff(times) == 0]
+    if len(jumps):
+        raise usage_error(
+            "C210",
+            f"the table of `{name}` jumps at t = {jumps[0]:g} s, and its derivative is needed",
+            hint="let it change within a time, if short: give the second point a later one",
+        )
     return times, values
 
 

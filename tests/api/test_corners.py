@@ -131,3 +131,38 @@ def test_a_pulse_that_starts_something_does_so() -> None:
     found = model.simulate(10, inputs={"u": ([0, 5, 5.01, 5.02, 10], [0, 0, 100, 0, 0])})
     assert found["hit"][-1] == pytest.approx(5.005, abs=1e-6)
     assert len(found.events) == 2
+
+
+@pytest.mark.parametrize("solver", ["auto", "lsoda", "scipy-bdf"])
+def test_a_table_may_jump(integral: Model, solver: str) -> None:
+    """Between two points at one time; at the ends of the table, too."""
+    table = [0, 3, 3, 5, 5, 5, 8, 8, 9], [1, 1, 4, 4, 7, -2, -2, -2, -2]
+    x = integral.simulate(10, inputs={"u": table}, solver=solver, tolerance=1e-8)["x"][-1]
+    assert x == pytest.approx(3 + 8 - 10, abs=1e-6)
+    ends = [2, 2, 6, 6], [1, 0, 0, 3]
+    x = integral.simulate(10, inputs={"u": ends}, solver=solver, tolerance=1e-8)["x"][-1]
+    assert x == pytest.approx(2 + 12, abs=1e-6)
+
+
+def test_rows_of_a_run_with_events_drive_another(integral: Model) -> None:
+    blow = planarc.load(
+        "model B discrete Real f(start=0, fixed=true); equation"
+        " when sample(0.7, 1.3) then f = pre(f) + 1; end when; end B;"
+    ).simulate(10)
+    x = integral.simulate(10, inputs={"u": (blow.time, blow["f"])}, tolerance=1e-8)["x"][-1]
+    assert x == pytest.approx(sum(10 - (0.7 + 1.3 * k) for k in range(8)), abs=1e-6)
+
+
+def test_a_table_that_jumps_has_no_derivative() -> None:
+    model = planarc.load("model R input Real u; Real v = der(u); end R;")
+    with pytest.raises(planarc.UsageError, match="jumps at t = 1 s, and its derivative is needed"):
+        model.simulate(2, inputs={"u": ([0, 1, 1, 2], [0, 0, 1, 1])})
+    found = model.simulate(2, inputs={"u": ([0, 1, 1, 2], [0, 3, 3, 4])})["v"]
+    assert (found[0], found[-2]) == (3, 1)
+
+
+def test_a_motion_that_jumps_is_refused() -> None:
+    model = planarc.load("PlanarMultiBody.Examples.Elementary.Pendulum")
+    motion = [0, 0.5, 1, 1, 2], [0, 0, 0, 1, 1]
+    with pytest.raises(planarc.UsageError, match=r"`hinge\.phi` jumps at t = 1 s"):
+        model.drive("hinge.phi", motion, stop_time=2)
