@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, offers, open_classes
 from planarc.cli.line import Argument
+from planarc.core.diagnostic import PlanarcError
+from planarc.core.source import model_files
 
 if TYPE_CHECKING:
     from planarc.flatten.library.library import Entry, Library
@@ -18,30 +20,53 @@ def list_classes(
     target: Annotated[
         str | None,
         Argument(
-            metavar="[FILE|PACKAGE]",
-            help="A .pmo or .mo file, or a package; without, the libraries that are found.",
+            metavar="[FILE|FOLDER|PACKAGE]",
+            help="A .pmo or .mo file, a folder or a package; without, all libraries.",
             autocompletion=offers("models"),
         ),
     ] = None,
     library: Libraries = None,
 ) -> int:
     """List classes with their kinds and descriptions."""
-    if target is not None and Path(target).is_dir():
-        classes, _ = open_classes(None, [Path(target), *(library or ())])
-        own = type(classes)((Path(target),), classes.parse_file, classes.parse_annotation)
-        names = own.top_names()
-    else:
-        classes, names = open_classes(target, library)
-    found = _entries(classes, names) if target is None else _below(classes, names)
-    console.say("\n".join(_line(entry) for entry in found))
+    console.say("\n".join(map(_line, _found(target, library or ()))))
     return 0
+
+
+def _found(target: str | None, libraries: Sequence[Path]) -> Iterable[Entry]:
+    if target is not None and Path(target).is_dir():
+        return _in_folder(Path(target), libraries)
+    classes, names = open_classes(target, libraries)
+    return _entries(classes, names) if target is None else _below(classes, names)
+
+
+def _in_folder(folder: Path, libraries: Sequence[Path]) -> Iterator[Entry]:
+    """The packages in a folder, or the one that it is, and files that stand by themselves."""
+    around = [folder, *libraries]
+    classes, _ = open_classes(None, around)
+    own = type(classes)((folder,), classes.parse_file, classes.parse_annotation)
+    found = [entry.full_name for entry in _entries(own, own.top_names())]
+    yield from _below(own, found)
+    if own.package_file(folder) is None:
+        for file in model_files(folder):
+            alone, names = open_classes(str(file), around)
+            yield from _below(alone, [n for n in names if n not in found])
 
 
 def _entries(classes: Library, names: Sequence[str]) -> Iterator[Entry]:
     for name in names:
         entry = classes.entry(name)
-        if entry is not None:
+        if entry is not None and _is_held(entry):
             yield entry
+
+
+def _is_held(entry: Entry) -> bool:
+    """False for the name of a file that holds no such class, as scripts beside packages do."""
+    try:
+        return bool(entry.definition)
+    except PlanarcError as problem:
+        if problem.diagnostics[0].code != "F206":
+            raise
+        return False
 
 
 def _below(classes: Library, names: Sequence[str]) -> tuple[Entry, ...]:

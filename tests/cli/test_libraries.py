@@ -79,6 +79,24 @@ def test_list_shows_files_packages_and_folders(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().out == 'model Watches.Clock "second"\n'
 
 
+def test_list_shows_files_that_stand_by_themselves_in_a_folder(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Their names need not be those of their classes, as beside a library they are scripts."""
+    script = Path("second/two_clocks.pmo")
+    script.write_text('model One "1"\nend One;\nmodel Two "2"\nend Two;\n', "utf-8")
+    Path("second/Watches 1.0.mo").write_text("package Watches\nend Watches;\n", "utf-8")
+    assert run(["list", "second"]) == 0
+    clock = 'package Watches "second"\nmodel Watches.Clock "second"\n'
+    assert capsys.readouterr().out == f'{clock}model One "1"\nmodel Two "2"\n'
+    assert run(["list", "--library", "second"]) == 0
+    names = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
+    assert names == ["Watches", "Modelica", "PlanarMultiBody"]
+    script.write_text("model One\n", "utf-8")
+    assert run(["list", "second"]) == 1
+    assert "two_clocks.pmo:1:10" in capsys.readouterr().err
+
+
 def test_list_without_arguments_shows_what_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["list", "--library", "second"]) == 0
     first, *others = capsys.readouterr().out.splitlines()
