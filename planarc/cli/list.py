@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 from planarc.cli import console
 from planarc.cli.arguments import Libraries, offers, open_classes
 from planarc.cli.line import Argument
-from planarc.core.diagnostic import PlanarcError
 from planarc.core.source import model_files
 
 if TYPE_CHECKING:
@@ -61,11 +60,11 @@ def _entries(classes: Library, names: Sequence[str]) -> Iterator[Entry]:
 
 def _is_held(entry: Entry) -> bool:
     """False for the name of a file that holds no such class, as scripts beside packages do."""
+    from planarc.flatten.library.library import Misnamed
+
     try:
         return bool(entry.definition)
-    except PlanarcError as problem:
-        if problem.diagnostics[0].code != "F206":
-            raise
+    except Misnamed:
         return False
 
 

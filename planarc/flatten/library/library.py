@@ -112,6 +112,10 @@ def nested_classes(definition: syntax.ClassDef) -> Iterator[syntax.ClassDef]:
     return (element for element in elements if isinstance(element, syntax.ClassDef))
 
 
+class Misnamed(PlanarcError):
+    """A file holds no class of its name."""
+
+
 def misnamed(file: Path, stored: syntax.StoredDefinition, name: str) -> Diagnostic:
     """The error of a file that does not hold the class of its name."""
     message = f"the file `{file.name}` holds no class `{name}`"
@@ -279,7 +283,7 @@ class Library:
                 found = Diagnostic("F205", message, definition.name_span, Severity.WARNING, above)
                 self.remarks.append(found)
             return definition
-        raise PlanarcError(misnamed(file, stored, name))
+        raise Misnamed(misnamed(file, stored, name))
 
     def _read(self, file: Path) -> syntax.StoredDefinition:
         if file not in self._files:
