@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from planarc.evaluate.operations import VALUES
 from planarc.evaluate.record import Number
-from planarc.evaluate.value import VALUES
+from planarc.evaluate.value import apply_function
 from planarc.ir.expr import Expr, Op, fold
-from planarc.runtime import elementary, external
+from planarc.runtime import elementary
 
 # Where it counts: an enumeration looks up its members by a function.
-_CONST, _CALL, _OTHERS = Op.CONST, Op.CALL, (Op.APPLY, Op.PAST)
+_CONST, _CALL, _OTHERS = Op.CONST, Op.CALL, (Op.APPLY, Op.PAST, Op.LOOP)
 
 
 class _Functions:
@@ -42,10 +43,9 @@ def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
 
 
 def applied(e: Expr, args: Sequence[Any]) -> Any:
-    """A function of numbers in `external`, called for each row."""
-    function, output, _ = e.data
+    """A function of numbers in `external`, or a loop, called for each row."""
     rows = zip(*np.broadcast_arrays(*map(np.atleast_1d, args)), strict=True)
-    return np.array([external.number(function, output, row) for row in rows])
+    return np.array([apply_function(e, row) for row in rows])
 
 
 class RowValues:

@@ -7,7 +7,7 @@ Example: 2*x/y + time, x in slot 7, y in slot 8
 
     def value(w, t):
         v1 = w(7); v3 = w(8)
-        v4 = divide(v2, v3) ...
+        v4 = DIV(v2, v3) ...
 
 `prepare_assignments` makes one such function of many assignments, each of which sees the
 values of those before it.
@@ -21,22 +21,19 @@ Promises:  the same values as `value.evaluate`, but for rounding, and an Arithme
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, TypeAlias
 
 from msgspec import Struct, field
 
-from planarc.evaluate.value import VALUES
+from planarc.evaluate.loops import caller, function_of
+from planarc.evaluate.written import NAMES, WRITTEN, node_text
 from planarc.ir.expr import Expr, Op, fold, postorder
-from planarc.runtime import elementary, external
 
 Prepared: TypeAlias = Callable[[Sequence[float], float], Any]
 
 #: Assignments in one function.
 PART = 100
-#: Terms of a sum written out: Python's compiler goes down into it term by term.
-WRITTEN = 100
 
 
 def prepare(
@@ -46,13 +43,14 @@ def prepare(
 ) -> Prepared:
     """A function that evaluates an expression. `slot` gives the place in the workspace of a symbol,
     pre-value or event, `function` that which a node calls, where numbers are not Python's."""
-    names: dict[str, Any] = dict(_NAMES)
+    names: dict[str, Any] = {"__builtins__": {}, **NAMES}
+    call = caller(names, function or function_of)
+    leaf = _reader(slot)
     name: dict[Expr, str] = {}
     lines = []
     for i, e in enumerate(postorder((root,))):
         name[e] = f"v{i}"
-        formula = _formula(e, [name[a] for a in e.args], names, slot, function or _function)
-        lines.append(f" v{i} = {formula}")
+        lines.append(f" v{i} = {node_text(e, [name[a] for a in e.args], leaf, call)}")
     text = "\n".join(["def value(w, t):", *lines, f" return {name[root]}"])
     exec(compile(text, "<planarc event>", "exec"), names)
     value = names["value"]
@@ -93,6 +91,11 @@ class Assigning(Struct):
         return -1
 
 
+def _reader(slot: Callable[[Expr], int]) -> Callable[[Expr], str]:
+    """The texts of leaves: what reads them."""
+    return lambda e: "t" if e.op is Op.TIME else f"w({slot(e)})"
+
+
 def _assigning(
     assignments: Sequence[tuple[int, Expr]],
     slot: Callable[[Expr], int],
@@ -101,7 +104,7 @@ def _assigning(
 ) -> Callable[..., int]:
     """`part(get, put, t)`, for as many assignments as Python's compiler takes at once. What they
     set is put into `done`, and what they read and no one before has set into `reads`."""
-    names: dict[str, Any] = dict(_NAMES)
+    names: dict[str, Any] = {"__builtins__": {}, **NAMES}
     name: dict[Expr, str] = {}
     handed: dict[tuple[Expr, ...], str] = {}  # arguments of functions with many results
     read: set[int] = set()
@@ -114,17 +117,19 @@ def _assigning(
             reads.add(found)
         return found
 
+    leaf, call = _reader(place), caller(names, function_of)
+
     def line(formula: str) -> str:
         lines.append(f" v{len(lines)} = {formula}")
         return f"v{len(lines) - 1}"
 
     def of(e: Expr) -> str:
         listed = [name[a] for a in e.args]
-        if e.op is Op.APPLY and len(listed) > WRITTEN:
+        if e.op in (Op.APPLY, Op.LOOP) and len(listed) > WRITTEN:
             if e.args not in handed:
                 handed[e.args] = line(f"({', '.join(listed)})")
             listed = [f"*{handed[e.args]}"]
-        return line(_formula(e, listed, names, place, _function))
+        return line(node_text(e, listed, leaf, call))
 
     for i, (target, root) in enumerate(assignments):
         v = fold(root, name, of)
@@ -138,84 +143,3 @@ def _assigning(
     exec(compile(text, "<planarc event>", "exec"), names)
     part: Callable[..., int] = names["part"]
     return part
-
-
-def _formula(
-    e: Expr,
-    a: list[str],
-    names: dict[str, Any],
-    slot: Callable[[Expr], int],
-    function: Callable[[Expr], Callable[..., Any]],
-) -> str:
-    listed = ", ".join(a)
-    match e.op:
-        case Op.CONST:
-            names[f"c{e.id}"] = e.data
-            return f"c{e.id}"
-        case Op.TIME:
-            return "t"
-        case Op.ADD:
-            return " + ".join(a) if len(a) <= WRITTEN else f"sum(({listed}))"
-        case Op.MUL:
-            return "*".join(a) if len(a) <= WRITTEN else f"prod(({listed}))"
-        case Op.NEG:
-            return f"-{a[0]}"
-        case Op.CALL:
-            names[f"f_{e.data}"] = _safe(function(e))
-            return f"f_{e.data}({listed})"
-        case Op.APPLY:
-            names[f"f{e.id}"] = _safe(function(e))
-            return f"f{e.id}({listed})"
-        case Op.LESS | Op.LESS_EQUAL | Op.EQUAL:
-            compared = f"{a[0]} {_COMPARED[e.op]} {a[1]}"
-            return f"{compared} if {a[0]} == {a[0]} and {a[1]} == {a[1]} else {a[0]} + {a[1]}"
-        case Op.IF:
-            return f"{a[0]} if {a[0]} != {a[0]} else {a[1]} if {a[0]} else {a[2]}"
-        case _ if e.op in _OPERATORS:
-            return f"{e.op.name}({listed})"
-        case _:
-            return f"w({slot(e)})"
-
-
-def _function(e: Expr) -> Callable[..., Any]:
-    if e.op is Op.CALL:
-        return elementary.TABLE[e.data].value
-    function, output, _ = e.data
-    return lambda *args: external.number(function, output, [*args])
-
-
-def _safe(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function, with nan where it has no value or gets none."""
-
-    def call(*args: Any) -> Any:
-        for a in args:
-            if a != a:
-                return math.nan
-        try:
-            return function(*args)
-        except (ArithmeticError, ValueError):
-            return math.nan
-
-    return call
-
-
-def _both(a: Any, b: Any) -> Any:
-    return a if a != a else a and b
-
-
-def _either(a: Any, b: Any) -> Any:
-    return a if a != a else a or b
-
-
-_OPERATORS: dict[Op, Callable[..., Any]] = {
-    **{op: _safe(value) for op, value in VALUES.items()},
-    Op.AND: _both,
-    Op.OR: _either,
-}
-_COMPARED = {Op.LESS: "<", Op.LESS_EQUAL: "<=", Op.EQUAL: "=="}
-_NAMES: dict[str, Any] = {
-    "__builtins__": {},
-    "sum": sum,
-    "prod": math.prod,
-    **{op.name: f for op, f in _OPERATORS.items()},
-}

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from planarc.evaluate.operations import VALUES
 from planarc.ir.expr import Expr, Op
 from planarc.runtime import elementary, external
 
 
 def apply_function(e: Expr, arguments: Sequence[Any]) -> Any:
-    """The value of an elementary function, or of one that the model calls."""
+    """The value of an elementary function, of one that the model calls, or of a loop."""
     if e.op is Op.CALL:
         return elementary.TABLE[e.data].value(*arguments)
+    if e.op is Op.LOOP:
+        from planarc.evaluate.loops import value_behind
+
+        loop, place = e.data
+        return value_behind(loop, place, arguments)
     function, output, _ = e.data
     return external.number(function, output, arguments)
 
@@ -48,7 +53,7 @@ def evaluate(
             values[e] = leaf(e)
         elif e.op in _CHOICES:
             values[e] = values[needed[-1]]
-        elif e.op in (Op.CALL, Op.APPLY):
+        elif e.op in (Op.CALL, Op.APPLY, Op.LOOP):
             values[e] = apply(e, [values[a] for a in e.args])
         else:
             values[e] = VALUES[e.op](*(values[a] for a in e.args))
@@ -67,24 +72,3 @@ def _needed(e: Expr, values: Mapping[Expr, Any]) -> tuple[Expr, ...]:
     if e.op is Op.IF:
         return (e.args[0], e.args[1] if first else e.args[2])
     return e.args if first is (e.op is Op.AND) else e.args[:1]
-
-
-def _power(a: float, b: float) -> float:
-    value: float | complex = a**b
-    if isinstance(value, complex):
-        raise ValueError("power of a negative number")
-    return value
-
-
-#: The values of operations whose arguments are all known; arithmetic errors come through.
-VALUES: Mapping[Op, Callable[..., Any]] = {
-    Op.ADD: lambda *terms: sum(terms),
-    Op.MUL: lambda *factors: math.prod(factors),
-    Op.NEG: lambda a: -a,
-    Op.DIV: lambda a, b: a / b,
-    Op.POW: _power,
-    Op.LESS: lambda a, b: a < b,
-    Op.LESS_EQUAL: lambda a, b: a <= b,
-    Op.EQUAL: lambda a, b: a == b,
-    Op.NOT: lambda a: not a,
-}

@@ -3,6 +3,7 @@
 Both differentiators remember every node they have seen, so one of each serves a
 whole model. A function of the model (APPLY) is differentiated by name: the rule
 only notes which argument; `codegen` makes that derivative when it is printed.
+A loop is differentiated turn by turn: its derivative is a loop of as many turns.
 """
 
 from __future__ import annotations
@@ -10,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from planarc.ir.expr import Expr, Exprs, Op, fold
+from planarc.ir.closing import close, opened, symbols_of
+from planarc.ir.expr import Expr, Exprs, Op, Substitution, below, fold
 from planarc.runtime import elementary
 
 # Where it counts: an enumeration looks up its members by a function.
-_CONST, _ADD, _MUL, _NEG = Op.CONST, Op.ADD, Op.MUL, Op.NEG
+_CONST, _ADD, _MUL, _NEG, _LOOP = Op.CONST, Op.ADD, Op.MUL, Op.NEG, Op.LOOP
 _TRUTHS = (Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.AND, Op.OR, Op.NOT)
 
 
@@ -52,6 +54,8 @@ class Differentiator:
             return t.if_(args[0], d[1], d[2])
         if op in _TRUTHS:
             return t.zero  # a truth value is constant but for jumps
+        if op is _LOOP:
+            return _of_loop(t, e, d)
         pairs = zip(self._slopes(e), d, strict=True)
         return t.add(*(t.mul(s, x) for s, x in pairs if x is not t.zero))
 
@@ -75,6 +79,81 @@ class Differentiator:
             case Op.CALL:
                 return _call_slopes(t, e)
         raise AssertionError(f"no derivative for {e.op!r}")
+
+
+#: Turns that a loop takes at most until its derivatives have settled, the part of these that may
+#: still change, and that of values that stay.
+_SETTLING, _SETTLED, _STAYING = 100, 1e-11, 1e-10
+
+
+def _of_loop(t: Exprs, e: Expr, d: Sequence[Expr]) -> Expr:
+    """d(e) of what a loop gives, where `d` are those of what it takes: a loop of as many turns
+    carries derivatives beside what it carried.
+
+    A search that begins at what it looks for takes no turn, and its derivatives have not moved yet.
+    So, as long as more turns leave all values about as they are, they are taken for the derivatives
+    until these settle. Where they do not, they are those of the loop's own turns.
+    """
+    loop, output = e.data
+    values, rates, ends = (symbols_of(t, loop, mark) for mark in ("", "'", "''"))
+    condition, following = opened(t, loop, values)
+    moving = [x is not t.zero for x in d]
+    slopes = _slopes_of_turn(t, following, values, rates, moving)
+    if output == loop.ended or not moving[output]:
+        return t.zero
+    states, own = loop.carried - loop.aside, [i for i in range(loop.carried) if moving[i]]
+    turns, most = t.symbol("$turns"), t.const(float(_SETTLING))
+    stays = settled = t.true
+    read = set(below((condition, *following)))
+    for i in (i for i in range(states) if values[i] in read):
+        size = t.add(t.one, t.call("abs", following[i]))
+        stays = t.and_(stays, _is_near(t, values[i], following[i], t.mul(t.const(_STAYING), size)))
+    for i in own:
+        size = t.call("abs", slopes[i])
+        settled = t.and_(settled, _is_near(t, rates[i], slopes[i], t.mul(t.const(_SETTLED), size)))
+    goes_on = t.or_(condition, t.and_(stays, t.and_(t.not_(settled), t.less(turns, most))))
+    carried = [(values[i], e.args[i], following[i]) for i in range(states)]
+    carried += [(rates[i], d[i], slopes[i]) for i in own if i < states]
+    counting = len(carried)
+    carried += [(values[i], e.args[i], following[i]) for i in range(states, loop.carried)]
+    carried += [(rates[i], d[i], slopes[i]) for i in own if i >= states]
+    carried += [(ends[i], d[i], t.if_(condition, slopes[i], ends[i])) for i in own]
+    carried += [(turns, t.zero, t.if_(condition, t.zero, t.add(turns, t.one)))]
+    symbols, first, next_ = zip(*carried, strict=True)
+    tangent, given = close(loop.name, symbols, goes_on, next_, len(carried) - counting)
+    put_in = Substitution(t, dict(zip((*values, *rates), (*e.args, *d), strict=True)))
+    args = (*first, *map(put_in, given))
+    rate, end, taken = (
+        t.loop(tangent, symbols.index(s), args) for s in (rates[output], ends[output], turns)
+    )
+    return t.if_(t.less(taken, most), rate, end)
+
+
+def _is_near(t: Exprs, a: Expr, b: Expr, reach: Expr) -> Expr:
+    return t.less_equal(t.call("abs", t.sub(a, b)), reach)
+
+
+def _slopes_of_turn(
+    t: Exprs,
+    following: Sequence[Expr],
+    values: Sequence[Expr],
+    rates: Sequence[Expr],
+    moving: list[bool],
+) -> list[Expr]:
+    """The derivatives of what follows a turn. What moves with what does so is marked, too."""
+    place = {value: i for i, value in enumerate(values)}
+
+    def rate(leaf: Expr) -> Expr:
+        i = place.get(leaf)
+        return t.zero if i is None or not moving[i] else rates[i]
+
+    while True:
+        slopes = list(map(Differentiator(t, rate), following))
+        found = [i for i, s in enumerate(slopes) if s is not t.zero and not moving[i]]
+        if not found:
+            return slopes
+        for i in found:
+            moving[i] = True
 
 
 def partial(table: Exprs, symbol: Expr) -> Differentiator:

@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TypeVar
 
+from planarc.ir.loop import Loop
 from planarc.runtime import elementary, external, texts
 
 T = TypeVar("T")
@@ -50,6 +51,7 @@ class Op(IntEnum):
     IF = 17  # (condition, then, otherwise)
     APPLY = 18  # [(function, output, wrt)] one of `external`; wrt: partial derivatives
     PAST = 19  # [(delay, order)] a delayed signal at the instant args[0]; order of derivative
+    LOOP = 20  # [(loop, output)] what one of `ir.loop` leaves behind
 
 
 #: Length from which sums and products stay whole inside others: taking a chain of them
@@ -316,6 +318,10 @@ class Exprs:
     def past(self, delay: int, instant: Expr, order: int = 0) -> Expr:
         """The signal of `Dae.delays[delay]` at an instant, or a derivative of it."""
         return self.node(_PAST, (instant,), (delay, order))
+
+    def loop(self, loop: Loop, output: int, args: tuple[Expr, ...]) -> Expr:
+        """A value behind a loop's last turn, or whether it ended: the last output of all."""
+        return self.node(Op.LOOP, args, (loop, output))
 
     # Truth
 
@@ -624,6 +630,9 @@ def _text(e: Expr, args: list[tuple[str, int]]) -> tuple[str, int]:
         case Op.PAST:
             delay, order = e.data
             return f"past{delay + 1}{chr(39) * order}({args[0][0]})", 9
+        case Op.LOOP:
+            loop, output = e.data
+            return f"{loop.name}[{output + 1}]({', '.join(a for a, _ in args)})", 9
         case Op.DIV:
             return f"{bound(0, 6)}/{bound(1, 7)}", 6
         case Op.MUL if e.args[0].is_const and args[0][1] == 5:  # -2*a needs no parentheses

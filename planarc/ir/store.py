@@ -33,7 +33,7 @@ from planarc.ir.expr import Expr, Exprs, Op
 from planarc.ir.program import Let, Program
 
 #: Operations whose nodes have data.
-_TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST})
+_TOLD = frozenset({Op.CONST, Op.SYMBOL, Op.PRE, Op.EVENT, Op.CALL, Op.APPLY, Op.PAST, Op.LOOP})
 #: What is written as columns; plain values need no look.
 _COLUMNS = (Expr, Data, tuple)
 

@@ -9,18 +9,19 @@ A variable that is read before it is assigned starts from its start value, or fr
 event. A when-statement acts at its event; outside of it the variables that it assigns
 keep their values. Several whens that assign one variable act one after the other.
 
-How often a `while` turns may hang on parameters, which become structural where it would else be
-refused.
+How often a `while` turns may hang on parameters, which become structural where it would else stay
+a loop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
+from types import MappingProxyType
 
 from msgspec import field
 from msgspec.structs import replace
 
-from planarc.core.diagnostic import error
+from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
@@ -28,11 +29,13 @@ from planarc.ir.flatwalk import assigned_in, inside, names_in, with_sources
 from planarc.lower import equations
 from planarc.lower.equations import Lowered
 from planarc.lower.scalar import assertion, message
-from planarc.lower.scope import Model, Scope, UnknownCourse
-from planarc.lower.statements import Runner
+from planarc.lower.scope import Model, Scope, UnknownCourse, unsupported
+from planarc.lower.statements import LEFT, Roll, Runner
 from planarc.lower.texts import held, number, number_held
 from planarc.lower.values import Text, Value, expr
 from planarc.runtime.tensor import each, elements
+
+_LOOPS = (flat.WhileStatement, flat.ForStatement)
 
 
 def lower_algorithm(
@@ -75,29 +78,62 @@ def lower_initial_algorithm(
 
 def _run(runner: Runner, statements: Sequence[flat.Statement]) -> None:
     """Run statements, with the present values of parameters where their course hangs on those."""
-    deciding = _deciding(statements)
-    if not deciding:
+    kinds = {type(s) for s in inside(statements)}
+    if kinds.isdisjoint(_LOOPS) or flat.WhenStatement in kinds:
         runner.run_body(statements)
         return
     try:
-        _attempt(runner, statements, {})
-    except UnknownCourse:
-        known = _known(runner, deciding)
-        if not known:
-            raise
-        _attempt(runner, statements, known)
+        _attempt(runner, statements)
+    except UnknownCourse as problem:
+        frozen = set(runner.scope.model.frozen)
+        known = _known(runner, _deciding(statements))
+        try:
+            if not known:
+                raise
+            _attempt(runner, statements, known)
+        except UnknownCourse:
+            runner.scope.model.frozen = frozen
+            _attempt_loops(runner, statements, problem)
+
+
+def _attempt_loops(
+    runner: Runner, statements: Sequence[flat.Statement], refusal: UnknownCourse
+) -> None:
+    """Run statements with loops that stay loops."""
+    from planarc.lower.turns import run_loop
+
+    try:
+        _attempt(runner, statements, roll=run_loop)
+    except PlanarcError as problem:
+        raise refusal.nor(problem) from None
 
 
 def _attempt(
-    runner: Runner, statements: Sequence[flat.Statement], known: Mapping[str, Value]
+    runner: Runner,
+    statements: Sequence[flat.Statement],
+    known: Mapping[str, Value] = MappingProxyType({}),
+    roll: Roll | None = None,
 ) -> None:
     """Run statements with what is known beforehand; where they fail nothing has happened."""
-    trial = replace(runner, values={**runner.values, **known}, ways=[1], turns=[0])
+    trial = replace(runner, values={**runner.values, **known}, ways=[1], turns=[0], roll=roll)
     with runner.scope.model.undone_on_error(relations=True):
         trial.run_body(statements)
+        if roll is not None and not runner.scope.at_event:
+            _refuse_moving(trial, statements)
     values = trial.values.items()
     runner.values = {n: v for n, v in values if n in runner.values or n not in known}
     runner.unset = trial.unset
+
+
+def _refuse_moving(runner: Runner, statements: Sequence[flat.Statement]) -> None:
+    """Refuse discrete variables that follow what moves: no event tells when they jump."""
+    model = runner.scope.model
+    for s in statements:
+        for name in assigned_in([s]):
+            found = elements(runner.values[name])
+            if name in model.discretes and not all(model.is_steady(expr(e)) for e in found):
+                what = f"the discrete variable `{name}` that a loop sets by what moves"
+                raise unsupported(what, s.span)
 
 
 def _deciding(statements: Sequence[flat.Statement]) -> list[str]:
@@ -197,7 +233,7 @@ class _Section(Runner):
                 yield equations.set_discrete(symbol, value, self.span)
 
     def check(self, s: flat.Assert) -> None:
-        if self.scope.at_event:
+        if self.scope.at_event and LEFT not in self.values:
             self.asserted.append(assertion(self.here(), s))
         else:
             super().check(s)

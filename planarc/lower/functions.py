@@ -35,7 +35,7 @@ from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, with_sources
 from planarc.lower import scalar
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
-from planarc.lower.statements import Runner
+from planarc.lower.statements import Roll, Runner
 from planarc.lower.values import FunctionValue, RecordValue, Value, conform, expr
 from planarc.runtime import elementary
 from planarc.runtime.tensor import Tensor, each
@@ -91,7 +91,8 @@ def inline(scope: Scope, name: str, arguments: Sequence[Value], span: Span) -> t
 
 
 def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
-    """The results in the first of three ways that succeeds, with less and less left open."""
+    """The results in the first way that succeeds: with what is known of the arguments, with the
+    values of parameters, for each entry that they may choose, with loops that stay loops."""
     key = (call.function.name, *call.arguments)  # a function of three outputs is called thrice
     refusal = scope.model.refused.get(key)
     if refusal is None:
@@ -112,14 +113,30 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
             refusal = problem.with_traceback(None)
         scope.model.refused[key] = refusal
     # Its course depends on parameters in too many ways: their values become structural.
+    frozen = set(scope.model.frozen)
     known = replace(call, arguments=[_number(scope, a) for a in call.arguments])
     if known.arguments != list(call.arguments):
         with suppress(UnknownCourse, TooDeep):
             return _results(scope, known)
-    found = _by_cases(scope, known)
-    if not found:
+    if found := _by_cases(scope, known):
+        return found
+    scope.model.frozen = frozen
+    return _by_loops(scope, call, refusal)
+
+
+def _by_loops(scope: Scope, call: _Call, refusal: UnknownCourse) -> tuple[Value, ...]:
+    """The results with loops that stay loops. Raises UnknownCourse where these are not the reason
+    that there are none."""
+    if refusal.diagnostics[0].code in ("L300", "L320"):
         raise refusal
-    return found
+    from planarc.lower.turns import run_loop
+
+    try:
+        return _results(scope, call, run_loop)
+    except RecursionError:
+        raise refusal from None
+    except PlanarcError as problem:
+        raise refusal.nor(problem) from None
 
 
 def _told_at(call: _Call, problem: TooDeep) -> UnknownCourse:
@@ -210,8 +227,8 @@ def _derivative(scope: Scope, call: _Call) -> tuple[Value, ...]:
     return tuple(each(put_in, r) for r in results)
 
 
-def _results(scope: Scope, call: _Call) -> tuple[Value, ...]:
-    function, runner = call.function, _started(scope, call)
+def _results(scope: Scope, call: _Call, roll: Roll | None = None) -> tuple[Value, ...]:
+    function, runner = call.function, _started(scope, call, roll)
     for variable in function.inputs:
         _refuse_argument(runner, variable, call)
     asserted, count = scope.model.assertions, len(scope.model.assertions)
@@ -260,11 +277,11 @@ def _refuse_argument(runner: Runner, variable: flat.Variable, call: _Call) -> No
         raise error("L331", message, call.span, related=(Related("the input", variable.span),))
 
 
-def _started(scope: Scope, call: _Call) -> Runner:
+def _started(scope: Scope, call: _Call, roll: Roll | None = None) -> Runner:
     function = call.function
     values = dict(zip((v.name for v in function.inputs), call.arguments, strict=True))
     label = f"function `{function.name}`"
-    return Runner(scope, label, call.span, values=values, function=function)
+    return Runner(scope, label, call.span, values=values, function=function, roll=roll)
 
 
 # Integers that choose an entry --------------------------------------------------------

@@ -11,7 +11,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import Diagnostic, PlanarcError, error
+from planarc.core.diagnostic import Diagnostic, PlanarcError, Related, error
 from planarc.core.source import NOWHERE, Span
 from planarc.ir import dae, flat
 from planarc.ir.calculus import Differentiator, time_derivative
@@ -38,6 +38,14 @@ def _no_functions(
 
 class UnknownCourse(PlanarcError):
     """The statements that a function runs hang on values that are not known yet (L322)."""
+
+    def nor(self, problem: PlanarcError) -> UnknownCourse:
+        """With what keeps its loops from staying loops."""
+        told, why = self.diagnostics[0], problem.diagnostics[0]
+        if why.message == told.message:
+            return self
+        related = (*told.related, Related(f"nor can it stay a loop: {why.message}", why.span))
+        return UnknownCourse(replace(told, related=related))
 
 
 class OutsideArray(PlanarcError):
@@ -88,6 +96,8 @@ class Model(Struct, dict=True):
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0
+    #: number of symbols that stand for what turns of loops change, see `turns`
+    symbols_of_turns: int = 0
     #: whether a variable is differentiated
     is_moving: Callable[[str], bool] = lambda _: False
     #: discrete variables that follow continuous ones, see `lefts`

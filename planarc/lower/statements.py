@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -65,6 +65,22 @@ class _While(Data):
 
 Frame = _Body | _For | _While
 
+#: Among the values of a turn that is run for all: whether `break` or `return` has left the loop.
+LEFT, RETURNED = "$left", "$returned"
+
+
+class Header(Data):
+    """What asks for another turn of a loop, and what ends one."""
+
+    loop: flat.WhileStatement | flat.ForStatement
+    holds: Callable[[Runner], Expr]
+    step: Callable[[Runner], None] = lambda _: None
+    iterator: tuple[str, ...] = ()
+
+
+#: What runs loops that hang on what is not known as loops.
+Roll: TypeAlias = "Callable[[Runner, Header], None]"
+
 
 class Runner(Struct):
     """The state of one way through the statements. `values` are the variables that have one."""
@@ -82,6 +98,7 @@ class Runner(Struct):
     sizes: dict[str, flat.Dims] = field(default_factory=dict)  # of the variables declared
     unset: Unset = Unset()  # where some of `values` have none, in a function
     function: flat.Function | None = None
+    roll: Roll | None = None  # without, loops that hang on what is not known are refused
     handlers: ClassVar[Mapping[type, Callable[[Any, Any], None]]] = {}
 
     def run_body(self, statements: Sequence[flat.Statement]) -> None:
@@ -111,7 +128,7 @@ class Runner(Struct):
                 case _While() as loop:
                     self._next_while(loop)
 
-    def _split(self, condition: Expr, loop: flat.WhileStatement | None = None) -> Runner:
+    def split(self, condition: Expr, loop: flat.WhileStatement | None = None) -> Runner:
         """Another way from here on, for when `condition` holds; this one goes on without. `loop` is
         the one that it leaves, if any."""
         self.ways[0] += 1
@@ -120,12 +137,12 @@ class Runner(Struct):
         if self.ways[0] > MAX_WAYS:
             raise self.refused(f"a choice between more than {MAX_WAYS} ways", self.span)
         other = replace(self, values=dict(self.values), frames=list(self.frames), forks=[])
-        other.path = self._on_path(condition)
-        self.path = self._on_path(self.scope.table.not_(condition))
+        other.path = self.on_path(condition)
+        self.path = self.on_path(self.scope.table.not_(condition))
         self.forks.append((condition, other))
         return other
 
-    def _on_path(self, condition: Expr) -> Expr:
+    def on_path(self, condition: Expr) -> Expr:
         return condition if self.path is None else self.scope.table.and_(self.path, condition)
 
     def _meet(self, condition: Expr, then: Runner, span: Span) -> None:
@@ -263,13 +280,13 @@ class Runner(Struct):
         self, condition: Expr, body: Sequence[flat.Statement], rest: flat.IfStatement
     ) -> None:
         if _leaves(body) or _leaves((rest,)):
-            self._split(condition).frames.append(_Body(body))
+            self.split(condition).frames.append(_Body(body))
             self.frames.append(_Body((rest,)))
             return
         path, then = self.path, replace(self, values=dict(self.values))
-        then.path = self._on_path(condition)
+        then.path = self.on_path(condition)
         then.run_body(body)
-        self.path = self._on_path(self.scope.table.not_(condition))
+        self.path = self.on_path(self.scope.table.not_(condition))
         self.run_body((rest,))
         self.path = path
         self._meet(condition, then, rest.span)
@@ -277,6 +294,9 @@ class Runner(Struct):
     def loop_for(self, s: flat.ForStatement) -> None:
         if isinstance(s.range, flat.Range) and s.range.type.dims[0] is None:
             start, step, stop = scalar.range_bounds(self.here(), s.range)
+            if self.roll and step.is_const and not (start.is_const and stop.is_const):
+                self._roll_for(self.roll, s, start, step, stop)
+                return
             if not stop.is_const and start.is_const and step.is_const and not _leaves(s.body):
                 self._open_for(s, start.data, step.data, stop)
                 return
@@ -341,6 +361,25 @@ class Runner(Struct):
         if loop.hidden is not None:
             self.values[loop.statement.iterator] = loop.hidden
 
+    def _roll_for(
+        self, roll: Roll, s: flat.ForStatement, start: Expr, step: Expr, stop: Expr
+    ) -> None:
+        t, hidden = self.scope.table, self.values.get(s.iterator)
+
+        def place(turn: Runner) -> Expr:
+            return expr(turn.values[s.iterator])
+
+        def holds(turn: Runner) -> Expr:
+            ends = (place(turn), stop) if step.data > 0 else (stop, place(turn))
+            return t.less_equal(*ends)
+
+        def go_on(turn: Runner) -> None:
+            turn.values[s.iterator] = t.add(place(turn), step)
+
+        self.values[s.iterator] = start
+        roll(self, Header(s, holds, go_on, (s.iterator,)))
+        self._forget(_For(s, (), hidden))
+
     def loop_while(self, s: flat.WhileStatement) -> None:
         self.frames.append(_While(s, self.ways[0]))
 
@@ -349,15 +388,14 @@ class Runner(Struct):
         self._count_turn(s)
         loop = self._watched(loop)
         condition = expr(self.value(s.condition))
-        if not condition.is_const:
-            self._split(self.scope.table.not_(condition), s)  # the way that leaves the loop
-        if (
-            condition.is_const
-            and condition.data
-            and not _leaves(s.body)
-            and (hint := _never_ends(s))
-        ):
+        known, leaves = condition.is_const, _leaves(s.body)
+        if (self.roll or (known and condition.data)) and not leaves and (hint := _never_ends(s)):
             raise self.refused("a loop without end", s.span, hint)
+        if self.roll and (leaves or not known) and condition is not self.scope.table.false:
+            self.roll(self, Header(s, lambda turn: expr(turn.value(s.condition))))
+            return
+        if not known:
+            self.split(self.scope.table.not_(condition), s)  # the way that leaves the loop
         if not condition.is_const or condition.data:
             self.frames += [loop, _Body(s.body)]
 
@@ -389,10 +427,18 @@ class Runner(Struct):
                 self._forget(frame)
             if not isinstance(frame, _Body):
                 return
-        raise self.refused("`break` outside of a loop", s.span)
+        if LEFT not in self.values:
+            raise self.refused("`break` outside of a loop", s.span)
+        self.values[LEFT] = self.scope.table.true
 
     def leave_function(self, s: flat.Return) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """End this way here, as by `return`."""
         self.frames.clear()
+        if RETURNED in self.values:
+            self.values[RETURNED] = self.scope.table.true
 
     def check(self, s: flat.Assert) -> None:
         here = self.here()
@@ -466,6 +512,8 @@ def _never_ends(loop: flat.WhileStatement) -> str | None:
     asked = dict.fromkeys(
         e.name for e in nodes_of([loop.condition]) if isinstance(e, flat.Reference)
     )
-    if not asked or not {*asked}.isdisjoint(assigned_in(loop.body)):
+    changed = assigned_in(loop.body)  # records by their fields
+    changed += [name.partition(".")[0] for name in changed]
+    if not asked or not {*asked}.isdisjoint(changed):
         return None
     return f"nothing in the loop changes {both(asked)}, by which it ends"

@@ -281,8 +281,9 @@ def test_discrete_start_values_that_depend_on_the_start_time(backend: Backend) -
     ("text", "message"),
     [
         (
-            "model M function f input Real u; output Real y; algorithm y := u; "
-            "while y > 1 loop y := y/2; end while; end f; Real x = f(time); end M;",
+            "model M function f input Real u; output Real y; protected Real a[:]; algorithm "
+            "a := {u}; while sum(a) > 1 loop a := cat(1, a, {-1}); end while; y := sum(a); end f; "
+            "Real x = f(time); end M;",
             "of which nothing says when it ends",
         ),
         (

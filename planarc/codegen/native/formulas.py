@@ -2,7 +2,7 @@
 
 Truth values are bits in registers and 1.0 or 0.0 in the workspace. Both branches of
 a condition are computed and one is selected: nothing traps, and what is not selected
-may be not a number.
+may be not a number. A loop stands where its value is asked for.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from typing import Final
 
 from planarc.codegen.certain import is_hidden, unconditional
 from planarc.codegen.native.assembly import BIT, INT, POINTER, REAL, Code, Negative, Value
-from planarc.ir.expr import Expr, Op, postorder
+from planarc.ir.closing import opened, symbols_of
+from planarc.ir.expr import Expr, Exprs, Op, postorder
+from planarc.ir.loop import LOST, MOST_TURNS
 from planarc.runtime import elementary, external
 
 _TRUNC: Final = "llvm.trunc.f64"
@@ -57,16 +59,25 @@ def bit(c: Code, value: Value) -> Value:
 
 
 def formula(
-    c: Code, root: Expr, leaf: Callable[[Expr], Value], varied: Container[Expr] = ()
+    c: Code,
+    root: Expr,
+    leaf: Callable[[Expr], Value],
+    varied: Container[Expr] = (),
+    known: dict[Expr, Value] | None = None,
 ) -> Value:
     """Emit the expression; `leaf` gives symbols, time, events, left limits and `varied` numbers.
+    What is `known` is not emitted again, and added to.
 
     What is not a number may not become one by a comparison: where the value hangs on such a
     comparison whatever other conditions say, it is not a number either.
     """
-    done: dict[Expr, Value] = {}
+    done: dict[Expr, Value] = {} if known is None else known
     doubtful: list[Expr] = []
-    for e in postorder((root,)):
+    nodes = postorder((root,))
+    if done:
+        doubtful = [e for e in nodes if e in done and e.op in TRUTHS]
+        nodes = [e for e in nodes if e not in done]
+    for e in nodes:
         op = e.op
         if not e.args:
             fixed = op is _CONST and e not in varied
@@ -104,7 +115,8 @@ def _doubts(c: Code, e: Expr, done: Mapping[Expr, Value]) -> Iterator[Value]:
 
 def is_doubtful(e: Expr) -> bool:
     """Whether a truth may be one that is not known."""
-    return e.op in COMPARED or (e.args[0].op is Op.SYMBOL and is_hidden(e.args[0]))
+    asked = e.args[0]
+    return e.op in COMPARED or asked.op is Op.LOOP or (asked.op is Op.SYMBOL and is_hidden(asked))
 
 
 def _constant(c: Code, value: float | bool) -> Value:
@@ -136,6 +148,8 @@ def _node(c: Code, e: Expr, args: list[Value]) -> Value:
             return c.call(REAL, "pc_past", frame, delay, order, numbers[0])
         case Op.APPLY:
             return _external(c, e, numbers)
+        case Op.LOOP:
+            return _loop(c, e, numbers)
     raise AssertionError(f"no code for {e.op!r}")
 
 
@@ -151,6 +165,42 @@ def _external(c: Code, e: Expr, numbers: list[Value]) -> Value:
         row.store(number, i)
     places = [c.constant(n, INT) for n in (external.INDEX[function], output, len(numbers))]
     return c.call(REAL, "pc_external", *places, row)
+
+
+def _loop(c: Code, e: Expr, numbers: list[Value]) -> Value:
+    """A value behind the last turn, or whether the loop ended (`ir.loop`)."""
+    loop, output = e.data
+    table = Exprs()
+    symbols = symbols_of(table, loop)
+    condition, following = opened(table, loop, symbols)
+    carried = [c.variable(n) for n in numbers[: loop.carried]]
+    turns, ended = c.variable(0, INT), c.variable(LOST)
+    test, body, late, lost, over, behind = (c.label() for _ in range(6))
+    c.enter(test)
+    values = (*(v.get() for v in carried), *numbers[loop.carried :])
+    known = dict(zip(symbols, values, strict=True))
+    goes_on = formula(c, condition, known.__getitem__, known=known)
+    if goes_on.type == REAL:
+        c.leave(goes_on.is_nan(), lost)
+    c.branch(bit(c, goes_on), body, over)
+    c.begin(body)
+    turns.set(turns.get() + 1)
+    c.leave(turns.get() > MOST_TURNS, late)
+    found = [real(c, formula(c, f, known.__getitem__, known=known)) for f in following]
+    for variable, value in zip(carried, found, strict=True):
+        variable.set(value)
+    c.jump(test)
+    wanted = ended if output == loop.ended else carried[output]
+    c.begin(late)
+    ended.set(0.0)
+    c.enter(lost)
+    if wanted is not ended:
+        wanted.set(math.nan)
+    c.jump(behind)
+    c.begin(over)
+    ended.set(1.0)
+    c.enter(behind)
+    return wanted.get()
 
 
 def _choice(c: Code, args: list[Value]) -> Value:

@@ -55,8 +55,8 @@ _TAKEN: dict[int, int] = {Op.TIME: 0, Op.NEG: 1, Op.NOT: 1, Op.IF: 3, Kind.DUPLI
                            Kind.UNORDERED_DOUBT: 3}  # fmt: skip
 _FUNCTIONS = {name: Kind.CALL + i for i, name in enumerate(elementary.TABLE)}
 _NAMES = {number: name for name, number in _FUNCTIONS.items()}
-#: What it takes to be spelled: neither calls back nor the past.
-_SPELLED = frozenset(Op) - {Op.APPLY, Op.PAST}
+#: What it takes to be spelled: neither calls back nor the past, nor loops.
+_SPELLED = frozenset(Op) - {Op.APPLY, Op.PAST, Op.LOOP}
 
 #: What stands in a formula so often on average is not computed again in each place.
 _REPEATED = 4

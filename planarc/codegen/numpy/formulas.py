@@ -38,13 +38,17 @@ def is_truth(e: Expr) -> bool:
 
 
 def formula(root: Expr, leaf: Callable[[Expr], str], *, careful: bool = False) -> str:
-    """The expression as Python; `leaf` writes symbols, time, events and left limits."""
+    """The expression as Python; `leaf` writes symbols, time, events and left limits, and the names
+    of loops."""
     done: dict[Expr, Text] = {}
     for e in postorder((root,)):
         if e.op is Op.CONST:
             done[e] = _constant(e.data)
         elif not e.args:
             done[e] = leaf(e), _ATOM
+        elif e.op is Op.LOOP:  # its function has a name, as a leaf has
+            given = ", ".join(done[a][0] for a in e.args)
+            done[e] = f"{leaf(e)}({given})[{e.data[1]}]", _ATOM
         else:
             done[e] = _node(e, [done[a] for a in e.args], careful)
     return done[root][0]

@@ -120,7 +120,7 @@ class FunctionText(Struct):
     def _leaf(self, e: Expr) -> str:
         if e.op is Op.TIME:
             return "t"
-        return self._names(e)
+        return self._names.of_loop(e.data[0]) if e.op is Op.LOOP else self._names(e)
 
     def _formula(self, e: Expr, careful: bool = False) -> str:
         return formula(e, self._leaf, careful=careful)

@@ -11,6 +11,7 @@ import keyword
 import re
 
 from planarc.ir.expr import Expr, Op, text
+from planarc.ir.loop import Loop
 from planarc.runtime import elementary
 
 #: Names that the generated text itself uses, beside the elementary functions'; see
@@ -20,13 +21,15 @@ _TAKEN = """
     pow inf nan safe safe_div
     parameters levels rest initial roots discrete external past
     slopes tape
+    POW DIV NOT AND OR sum prod
 """
 
 
 class Names:
-    """Gives every symbol, left limit and event of a program its own Python name."""
+    """Gives every symbol, left limit, event and loop of a program its own Python name."""
 
     def __init__(self) -> None:
+        self.loops: dict[Loop, str] = {}
         self._names: dict[Expr, str] = {}
         self._taken = {*_TAKEN.split(), *elementary.TABLE}
 
@@ -35,6 +38,11 @@ class Names:
         if found is None:
             found = self._names[symbol] = self._free(_plain(symbol))
         return found
+
+    def of_loop(self, loop: Loop) -> str:
+        if loop not in self.loops:
+            self.loops[loop] = self._free("turns_of_" + re.sub(r"[^A-Za-z0-9]+", "_", loop.name))
+        return self.loops[loop]
 
     def _free(self, name: str) -> str:
         candidate, number = name, 1

@@ -29,13 +29,14 @@ Promises:  only names made by `names.Names` and numbers; no text of the user is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from planarc.codegen.certain import evaluated_always, is_part, used_always
 from planarc.codegen.numpy.function import FunctionText, Line, Parts
 from planarc.codegen.numpy.names import Names, comment
-from planarc.ir.expr import Expr
+from planarc.evaluate.written import loop_text
+from planarc.ir.expr import Expr, Op
 from planarc.ir.program import Program
 
 if TYPE_CHECKING:
@@ -89,7 +90,33 @@ def _lines(program: Program) -> list[str]:
     for name, title, parts, results in sections:
         lines += ["", "", Line(f"def {name}(t, w, blocks):"), f'    """{title}"""']
         lines += FunctionText(program, names, always, parts).lines(results)
-    return lines
+    return [*lines, *_loops(names)]
+
+
+def _loops(names: Names) -> Iterator[str]:
+    """The functions of the loops that have names, and of those that stand in these."""
+
+    def call(e: Expr, a: Sequence[str]) -> str:
+        given = ", ".join(a)
+        match e.op:
+            case Op.LOOP:
+                return f"{names.of_loop(e.data[0])}({given})[{e.data[1]}]"
+            case Op.APPLY:
+                return f"external({e.data[0]!r}, {e.data[1]}, ({given},))"
+        return f"safe({e.data}, {given})"
+
+    written = 0
+    while written < len(names.loops):
+        loop, name = list(names.loops.items())[written]
+        head, *body = loop_text(loop, name, call).splitlines()
+        yield from (
+            "",
+            "",
+            Line(head),
+            f'    """A loop in {comment(loop.name)}, and whether it ended."""',
+            *body,
+        )
+        written += 1
 
 
 def slopes_source(program: Program, scope: Scope) -> str | None:
@@ -102,11 +129,13 @@ def slopes_source(program: Program, scope: Scope) -> str | None:
         return None
     values = slopes.coefficients
     always = used_always(slopes.body, values, lambda e: is_part(program, e))
-    text = FunctionText(program, Names(), always, [("", slopes.body)])
+    names = Names()
+    text = FunctionText(program, names, always, [("", slopes.body)])
     lines = [
         "def slopes(t, w, blocks):",
         '    """Coefficients of derivatives, in the order of the tape."""',
         *text.lines_of(values),
+        *_loops(names),
         "",
         "",
         f"tape = {tuple(slopes.tape())}",

@@ -27,7 +27,8 @@ from sys import float_info
 from typing import TYPE_CHECKING, Any
 
 from planarc.core.data import Data
-from planarc.evaluate.value import VALUES, apply_function, evaluate
+from planarc.evaluate.operations import VALUES
+from planarc.evaluate.value import apply_function, evaluate
 from planarc.ir.expr import Expr, Op
 from planarc.ir.kernel import Kernel
 from planarc.ir.once import once

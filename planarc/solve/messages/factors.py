@@ -19,7 +19,8 @@ from typing import Any
 
 from planarc.core.data import Data
 from planarc.core.prose import both, listed
-from planarc.evaluate.value import VALUES, apply_function, evaluate
+from planarc.evaluate.operations import VALUES
+from planarc.evaluate.value import apply_function, evaluate
 from planarc.ir.dae import Assertion
 from planarc.ir.expr import Expr, Op, postorder
 from planarc.ir.kernel import Kernel

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from planarc.evaluate.written import NAMES
 from planarc.ir.newton import SINGULAR
 from planarc.runtime import elementary, external
 from planarc.runtime.elimination import clear
@@ -32,13 +33,11 @@ def namespace() -> dict[str, Any]:
     """The only names that the generated text can reach."""
     return {
         "__builtins__": {},
+        **NAMES,
         **{name: row.value for name, row in elementary.TABLE.items()},
         "pow": math.pow,
-        "inf": math.inf,
-        "nan": math.nan,
         "safe": safe,
         "safe_div": safe_div,
-        "range": range,
         "external": external.number,
     }
 
