@@ -15,12 +15,17 @@ from planarc.runtime import elementary, external
 
 def value_behind(loop: Loop, output: int, arguments: Sequence[float]) -> float:
     """One of the values behind the last turn; nan where there are none."""
-    return _values(loop, tuple(map(float, arguments)))[output]
+    return values_behind(loop, arguments)[output]
+
+
+def values_behind(loop: Loop, arguments: Sequence[float]) -> tuple[float, ...]:
+    """All values behind the last turn, and whether there is one."""
+    return _values(loop, tuple(map(float, arguments)))
 
 
 @lru_cache(maxsize=256)
 def _values(loop: Loop, arguments: tuple[float, ...]) -> tuple[float, ...]:
-    """All of them: they are asked for one by one."""
+    """They are asked for one by one."""
     return tuple(map(float, _function(loop)(*arguments)))
 
 

@@ -13,14 +13,19 @@ from typing import Any
 
 import numpy as np
 
+from planarc.core.arrays import Vector
 from planarc.evaluate.operations import VALUES
 from planarc.evaluate.record import Number
 from planarc.evaluate.value import apply_function
-from planarc.ir.expr import Expr, Op, fold
+from planarc.ir.closing import opened, symbols_of
+from planarc.ir.expr import Expr, Exprs, Op, fold, postorder
+from planarc.ir.loop import Loop
 from planarc.runtime import elementary
 
 # Where it counts: an enumeration looks up its members by a function.
-_CONST, _CALL, _OTHERS = Op.CONST, Op.CALL, (Op.APPLY, Op.PAST, Op.LOOP)
+_CONST, _CALL, _LOOP, _OTHERS = Op.CONST, Op.CALL, Op.LOOP, (Op.APPLY, Op.PAST, Op.LOOP)
+#: Turns that rows take together at most; comparisons, of which none may ask for what is no number.
+_TOGETHER, _COMPARED = 1000, frozenset({Op.LESS, Op.LESS_EQUAL, Op.EQUAL})
 
 
 class _Functions:
@@ -60,6 +65,7 @@ class RowValues:
     ) -> None:
         self._leaf, self._other = leaf, other
         self._values: dict[Expr, Any] = {}
+        self._behind: dict[tuple[Any, ...], Vector] = {}  # loops, for each output
         self._operators = _operators()
 
     def __call__(self, root: Expr) -> Any:
@@ -78,7 +84,53 @@ class RowValues:
             return self._operators[op](*args)
         if op is _CALL:
             return _call(elementary.TABLE[e.data], args)
+        if op is _LOOP and self._other is applied:
+            return self._of_loop(e, args)
         return self._other(e, args) if op in _OTHERS else self._leaf(e)
+
+    def _of_loop(self, e: Expr, args: Sequence[Any]) -> Vector:
+        """One of the values behind a loop, which are computed together."""
+        loop, output = e.data
+        key = (loop, e.args)
+        if key not in self._behind:
+            columns = np.array(np.broadcast_arrays(*map(np.atleast_1d, args)), dtype=float)
+            with np.errstate(all="ignore"):
+                self._behind[key] = _turned(loop, columns)
+        found: Vector = self._behind[key][output]
+        return found
+
+
+def _turned(loop: Loop, columns: Vector) -> Vector:
+    """The values behind a loop, of each row; rows that take a turn take it together.
+
+    Rows that take very many, or ask for what is not a number, are left to `loops`.
+    """
+    table = Exprs()
+    symbols = symbols_of(table, loop)
+    condition, following = opened(table, loop, symbols)
+    asked = [a for e in postorder((condition,)) if e.op in _COMPARED for a in e.args]
+    found = np.vstack((columns[: loop.carried], np.ones(columns.shape[1])))
+    left = np.arange(columns.shape[1])
+    apart = np.zeros(len(left), dtype=bool)
+    for _ in range(_TOGETHER):
+        now = np.vstack((found[:-1, left], columns[loop.carried :, left]))
+        values = RowValues(dict(zip(symbols, now, strict=True)).__getitem__)
+        goes_on = np.broadcast_to(values(condition), left.shape).astype(bool)
+        for e in asked:
+            apart[left] |= np.isnan(values(e))
+        goes_on &= ~apart[left]
+        rest = left[goes_on]
+        if not len(rest):
+            left = rest
+            break
+        turned = [np.broadcast_to(values(f), left.shape)[goes_on] for f in following]
+        found[:-1, rest] = np.reshape(turned, (loop.carried, len(rest)))
+        left = rest
+    from planarc.evaluate.loops import values_behind
+
+    for row in {*left.tolist(), *np.flatnonzero(apart).tolist()}:
+        found[:, row] = values_behind(loop, columns[:, row].tolist())
+    return found
 
 
 def _call(row: elementary.Elementary, args: Sequence[Any]) -> Any:
