@@ -109,6 +109,8 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
             message = f"what `{call.function.name}` computes is nested too deeply"
             hint = "split its expressions, or write a loop in the place of a recursion"
             refusal = UnknownCourse(Diagnostic("L300", message, call.span, hint=hint))
+        except OutsideArray as problem:
+            return _by_loops(scope, call, problem)  # nothing says that a search goes so far
         except UnknownCourse as problem:
             refusal = problem.with_traceback(None)
         scope.model.refused[key] = refusal
@@ -124,8 +126,10 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
     return _by_loops(scope, call, refusal)
 
 
-def _by_loops(scope: Scope, call: _Call, refusal: UnknownCourse) -> tuple[Value, ...]:
-    """The results with loops that stay loops. Raises UnknownCourse where these are not the reason
+def _by_loops(
+    scope: Scope, call: _Call, refusal: UnknownCourse | OutsideArray
+) -> tuple[Value, ...]:
+    """The results with loops that stay loops. Raises the refusal where these are not the reason
     that there are none."""
     if refusal.diagnostics[0].code in ("L300", "L320"):
         raise refusal
@@ -136,7 +140,9 @@ def _by_loops(scope: Scope, call: _Call, refusal: UnknownCourse) -> tuple[Value,
     except RecursionError:
         raise refusal from None
     except PlanarcError as problem:
-        raise refusal.nor(problem) from None
+        if isinstance(refusal, UnknownCourse):
+            raise refusal.nor(problem) from None
+        raise refusal from None
 
 
 def _told_at(call: _Call, problem: TooDeep) -> UnknownCourse:

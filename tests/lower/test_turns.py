@@ -348,6 +348,20 @@ def test_a_subscript_that_leaves_its_array_in_a_turn_is_told() -> None:
     assert found.message == "at t = 0.2 s the subscript 8 is outside of 1 to 7"
 
 
+def test_a_search_may_trust_that_it_finds() -> None:
+    """In a table that ends above all that is looked for; what is not is told when it is."""
+    body = """function f input Real x; input Real t[:]; output Integer i; algorithm
+        i := 1;
+        while t[i] < x loop i := i + 1; end while;
+      end f;
+    Real x = 5*time; Real y = f(x, {0, 1, 2, LAST});"""
+    result = run(body.replace("LAST", "5"))
+    ends = [0, 1, 2, 5]
+    assert list(result["y"]) == [1 + next(i for i in range(4) if ends[i] >= x) for x in result["x"]]
+    found = refused(body.replace("LAST", "3"))
+    assert found.message == "at t = 0.6 s the subscript 5 is outside of 1 to 4"
+
+
 def test_what_is_not_a_number_is_not_taken_for_the_end_of_a_loop() -> None:
     found = refused(
         """function f input Real x; output Real y; protected Real z; algorithm
