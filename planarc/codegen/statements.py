@@ -27,6 +27,7 @@ from planarc.ir.sorted import Assignment
 #: Depth and length at which formulas are broken: compilers are recursive.
 DEEPEST = 30
 LONGEST = 40
+_TERMS = (Op.ADD, Op.MUL)
 
 # Where it counts: an enumeration looks up its members by a function.
 _CONST, _SYMBOL, _NEG = Op.CONST, Op.SYMBOL, Op.NEG
@@ -179,7 +180,7 @@ class Lister:
     def _node(self, out: list[Let], e: Expr) -> Expr:
         """The node over its arguments as they are written."""
         args = tuple(map(self._known.get, e.args, e.args))
-        while len(args) > LONGEST:  # a sum or product: its first terms by themselves
+        while len(args) > LONGEST and e.op in _TERMS:  # its first terms by themselves
             args = (self._named(out, self._table.node(e.op, args[:LONGEST])), *args[LONGEST:])
         new = e if args == e.args else self._table.node(e.op, args, e.data)
         depths, depth = self._depths, 0

@@ -34,11 +34,11 @@ from planarc.ir.calculus import partial
 from planarc.ir.expr import Expr, Substitution
 from planarc.ir.flatwalk import expressions_of_function, names_in, nodes_of, with_sources
 from planarc.lower import scalar
-from planarc.lower.scope import OutsideArray, Scope, UnknownCourse
+from planarc.lower.scope import Endless, OutsideArray, Scope, UnknownCourse
 from planarc.lower.statements import Roll, Runner
 from planarc.lower.values import FunctionValue, RecordValue, Value, conform, expr
 from planarc.runtime import elementary
-from planarc.runtime.tensor import Tensor, each
+from planarc.runtime.tensor import Tensor, each, shape_of
 
 MAX_DEPTH = 100  # of calls inside calls
 
@@ -94,7 +94,8 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
     """The results in the first way that succeeds: with what is known of the arguments, with the
     values of parameters, for each entry that they may choose, with loops that stay loops."""
     key = (call.function.name, *call.arguments)  # a function of three outputs is called thrice
-    refusal = scope.model.refused.get(key)
+    refused = scope.model.refused
+    refusal = refused.get(key) or _refused_alike(scope, call)
     if refusal is None:
         try:
             return _results(scope, call)
@@ -111,9 +112,12 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
             refusal = UnknownCourse(Diagnostic("L300", message, call.span, hint=hint))
         except OutsideArray as problem:
             return _by_loops(scope, call, problem)  # nothing says that a search goes so far
+        except Endless as problem:
+            refusal = problem.with_traceback(None)
+            refused[_pattern(call)] = refusal
         except UnknownCourse as problem:
             refusal = problem.with_traceback(None)
-        scope.model.refused[key] = refusal
+        refused[key] = refusal
     # Its course depends on parameters in too many ways: their values become structural.
     frozen = set(scope.model.frozen)
     known = replace(call, arguments=[_number(scope, a) for a in call.arguments])
@@ -124,6 +128,29 @@ def _run(scope: Scope, call: _Call) -> tuple[Value, ...]:
         return found
     scope.model.frozen = frozen
     return _by_loops(scope, call, refusal)
+
+
+def _refused_alike(scope: Scope, call: _Call) -> UnknownCourse | None:
+    """The refusal of a call of which as much is known: nothing told when a loop in it ends."""
+    found = scope.model.refused.get(_pattern(call))
+    if found is None:
+        return None
+    return UnknownCourse(
+        replace(found.diagnostics[0], related=(Related("called here", call.span),))
+    )
+
+
+def _pattern(call: _Call) -> tuple[object, ...]:
+    """What is known of a call."""
+    return "", call.function.name, *(a if _is_known(a) else shape_of(a) for a in call.arguments)
+
+
+def _is_known(value: Value) -> bool:
+    if isinstance(value, RecordValue):
+        return all(_is_known(v) for _, v in value.fields)
+    if isinstance(value, Tensor):
+        return all(map(_is_known, value.items))
+    return value.is_const if isinstance(value, Expr) else True
 
 
 def _by_loops(

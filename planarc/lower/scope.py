@@ -48,6 +48,10 @@ class UnknownCourse(PlanarcError):
         return UnknownCourse(replace(told, related=related))
 
 
+class Endless(UnknownCourse):
+    """Nothing tells when a loop ends."""
+
+
 class OutsideArray(PlanarcError):
     """A subscript that is known lies outside of its array (L312)."""
 
@@ -92,7 +96,7 @@ class Model(Struct, dict=True):
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
     #: unknowns of linear equations, by the entries of these, see `solutions`
     solutions: dict[tuple[object, ...], tuple[Expr, ...]] = field(default_factory=dict)
-    #: calls, by the function's name and its arguments, whose course is not known
+    #: calls, by the function's name and its arguments, or what is known of them, that have no course
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0

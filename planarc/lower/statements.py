@@ -31,7 +31,7 @@ from planarc.ir.expr import Expr
 from planarc.ir.flatwalk import assigned_in, nodes_of, set_by
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
-from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_of_when
+from planarc.lower.scope import Endless, OutsideArray, Scope, UnknownCourse, outside_of_when
 from planarc.lower.unset import Unset, join
 from planarc.lower.values import Value, expect_size, expr, fixed_dims, known_of
 from planarc.runtime.tensor import elements, shape_of
@@ -413,12 +413,12 @@ class Runner(Struct):
             raise self._endless(loop.statement)
         return _While(loop.statement, self.ways[0], known, still)
 
-    def _endless(self, loop: flat.WhileStatement) -> UnknownCourse:
+    def _endless(self, loop: flat.WhileStatement) -> Endless:
         what = f"`while {loop.condition.span.text}`, of which nothing says when it ends,"
         bound = "bound its turns by a counter, as `and n < 20`, or let the condition depend on "
         bound += "values that are known at compile time"
         hint = None if _leaves(loop.body) else _never_ends(loop)
-        return self.refused(what, loop.span, hint or bound)
+        return Endless(self.refused(what, loop.span, hint or bound).diagnostics[0])
 
     def leave_loop(self, s: flat.Break) -> None:
         while self.frames:

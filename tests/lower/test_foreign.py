@@ -15,6 +15,15 @@ from planarc.request.request import Request
 from planarc.runtime import external
 
 FUNCTIONS = """
+function eigenvalues
+  input Real A[:, size(A, 1)];
+  output Real re[size(A, 1)];
+  output Real im[size(A, 1)];
+protected
+  Real vectors[size(A, 1), size(A, 1)];
+  Integer info;
+external "C" planarc_eigenvalues(size(A, 1), A, re, im, vectors, info);
+end eigenvalues;
 function random
   input Integer before[2];
   output Real r;
@@ -312,3 +321,14 @@ end M;
     with pytest.raises(PlanarcError) as caught:
         run(text, Backend.NUMPY)
     assert caught.value.diagnostics[0].code == "L335"
+
+
+def test_functions_take_as_many_numbers_as_they_need(backend: Backend) -> None:
+    """49 entries, and their count: more than a formula's terms in a line."""
+    text = """model M
+      Real re[7] = eigenvalues(diagonal(1:7)*(1 + time) + fill(0.1, 7, 7));
+    end M;"""
+    found = run(text, backend)
+    matrix = 2 * np.diag(np.arange(1.0, 8)) + 0.1
+    ends = sorted(found[f"re[{i}]"][-1] for i in range(1, 8))
+    assert ends == pytest.approx(np.linalg.eigvalsh(matrix), rel=1e-12)
