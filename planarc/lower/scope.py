@@ -96,7 +96,7 @@ class Model(Struct, dict=True):
     delay_values: dict[tuple[Expr, Expr], Expr] = field(default_factory=dict)
     #: unknowns of linear equations, by the entries of these, see `solutions`
     solutions: dict[tuple[object, ...], tuple[Expr, ...]] = field(default_factory=dict)
-    #: calls, by the function's name and its arguments, or what is known of them, that have no course
+    #: calls of which no course is known, by names and arguments, or by what is known of these
     refused: dict[tuple[object, ...], UnknownCourse] = field(default_factory=dict)
     #: number of calls of functions that give another value in each, which tells them apart
     impure_calls: int = 0
