@@ -16,7 +16,7 @@ from planarc.editor.context import Context, Where, context_at
 from planarc.editor.view import View
 from planarc.editor.words import ANNOTATIONS, DECLARING, STATING, VALUING
 from planarc.flatten.tree import lookup, predefined, sight
-from planarc.flatten.tree.nodes import CONNECTOR_KINDS, Element, Instance, Scope
+from planarc.flatten.tree.nodes import CONNECTOR_KINDS, RECORD_KINDS, Element, Instance, Scope
 from planarc.flatten.tree.sight import Candidate
 from planarc.flatten.typing import builtins
 from planarc.ir import syntax
@@ -226,7 +226,7 @@ def _named_arguments(scope: Scope, context: Context) -> Iterator[Item]:
     if instance is None:
         return
     inputs = syntax.Causality.INPUT
-    is_record = instance.layout.kind is syntax.ClassKind.RECORD
+    is_record = instance.layout.kind in RECORD_KINDS
     for candidate in sight.members(instance, classes=False):
         node = candidate.declaration
         if isinstance(node, syntax.Component) and (node.causality is inputs or is_record):

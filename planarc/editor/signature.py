@@ -8,6 +8,7 @@ from planarc.editor import hover
 from planarc.editor.context import Context, Where, context_at
 from planarc.editor.view import View
 from planarc.flatten.tree import lookup, sight
+from planarc.flatten.tree.nodes import RECORD_KINDS
 from planarc.ir import syntax
 
 
@@ -33,14 +34,14 @@ def signature_at(view: View, offset: int) -> Signature | None:
     except PlanarcError:
         return None
     kind = instance.layout.kind
-    if kind not in (syntax.ClassKind.FUNCTION, syntax.ClassKind.RECORD):
+    if kind is not syntax.ClassKind.FUNCTION and kind not in RECORD_KINDS:
         return None
     declared = [(n, e.definition) for n, e in lookup.components(instance) if not e.protected]
     taken = [
         node
         for _, node in declared
         if isinstance(node, syntax.Component)
-        and (kind is syntax.ClassKind.RECORD or node.causality is syntax.Causality.INPUT)
+        and (kind in RECORD_KINDS or node.causality is syntax.Causality.INPUT)
     ]
     results = [
         n

@@ -50,6 +50,7 @@ from planarc.flatten.connect.rooting import redundant_unknowns
 from planarc.flatten.connect.sets import Connected, connect_all
 from planarc.flatten.functions.calls import type_call
 from planarc.flatten.functions.functions import find_function, with_functions
+from planarc.flatten.functions.overloads import operate
 from planarc.flatten.instances.bindings import make_attributes, make_binding
 from planarc.flatten.instances.instantiate import check_modifier, instantiate_model, make_node
 from planarc.flatten.library.library import Library, split_name
@@ -92,6 +93,7 @@ MAKERS = Makers(
     typed=type_expression,
     call=type_call,
     function=find_function,
+    operate=operate,
 )
 
 

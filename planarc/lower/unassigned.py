@@ -37,7 +37,7 @@ def warn_of_unassigned(model: flat.FlatModel) -> Iterator[Diagnostic]:
             continue
         always = _given(function.body)
         for output in function.outputs:
-            open_ = output.binding is None and always is not None
+            open_ = output.binding is None and always is not None and 0 not in output.type.dims
             if open_ and not _has_value(output.name, output.type, always or set()):
                 yield Diagnostic(
                     "L321",

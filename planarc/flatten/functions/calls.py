@@ -16,7 +16,7 @@ from planarc.core.mend import Meant
 from planarc.core.nearest import did_you_mean
 from planarc.core.prose import counted, ticked
 from planarc.core.source import Span
-from planarc.flatten.functions import call_arguments, constructors
+from planarc.flatten.functions import call_arguments, constructors, overloads
 from planarc.flatten.functions.values import call_of_argument, function_class
 from planarc.flatten.refusal import for_each, unsupported
 from planarc.flatten.terms.conform import expect, expect_scalar
@@ -53,13 +53,13 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     layout = layout_of(cls)
     if layout.kind is syntax.ClassKind.RECORD:
         return constructors.construct_record(node, cls, env)
+    if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
+        return overloads.construct(node, cls, env)
     if layout.builtin is not None and layout.builtin.literals:
         return constructors.convert_to_enumeration(node, layout.builtin, env)
     if layout.kind not in _FUNCTION_KINDS:
         if layout.builtin is not None and layout.builtin.name == "Clock":
             raise unsupported("clocks", "16", node.span)
-        if layout.kind in (syntax.ClassKind.OPERATOR_RECORD, syntax.ClassKind.OPERATOR):
-            raise unsupported("operator records", "14", node.span)
         message = f"`{node.function}` is a {layout.kind.value}, not a function"
         raise error("F292", message, node.span)
     return _call_function(node, cls, env, results)
@@ -101,6 +101,8 @@ def _builtin(node: syntax.Call, env: Env) -> flat.Expression:
         if name not in _REDUCTIONS:
             raise error("F290", f"`{name}` does not take an iterator", node.span)
         return comprehension.type_comprehension(first, name, env)
+    if name == "String" and (text := overloads.text_of(node, env)) is not None:
+        return text
     if name == "String" and node.named:
         return _string(node, env)
     given = _positional(node, name)

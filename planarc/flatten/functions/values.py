@@ -22,7 +22,16 @@ from planarc.flatten.functions.variables import result_type
 from planarc.flatten.terms.conform import base_conforms, expect, mismatch
 from planarc.flatten.tree import lookup, naming
 from planarc.flatten.tree.demand import function_of
-from planarc.flatten.tree.nodes import Class, Env, Family, FunctionInfo, Instance, Leaf, Signature
+from planarc.flatten.tree.nodes import (
+    RECORD_KINDS,
+    Class,
+    Env,
+    Family,
+    FunctionInfo,
+    Instance,
+    Leaf,
+    Signature,
+)
 from planarc.flatten.typing import builtins, references
 from planarc.ir import flat, syntax
 
@@ -79,7 +88,7 @@ def _meant_by_a_call(
     if not isinstance(view, Instance):
         hint = f"for a start value write `{ref}(start=...)` where it is declared, "
         return f"{hint}for an entry `{ref}[...]`, for a product `{ref}*(...)`"
-    if view.layout.kind is not syntax.ClassKind.RECORD or call is None:
+    if view.layout.kind not in RECORD_KINDS or call is None:
         return f"write what you change of it where it is declared: `{ref}(...)`"
     fields = constructors.inputs_of(view.cls)
     given = dict(zip(fields, (a.span.text for a in call.arguments), strict=False))

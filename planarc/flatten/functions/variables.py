@@ -15,13 +15,13 @@ from collections.abc import Sequence
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
 from planarc.flatten.functions.order import names_in_order
-from planarc.flatten.refusal import unsupported
 from planarc.flatten.terms.conform import expect
 from planarc.flatten.terms.constant import NotConstant
 from planarc.flatten.tree import lookup, redeclare
 from planarc.flatten.tree.demand import layout_of, static_instance
 from planarc.flatten.tree.modify import merge, type_mod
 from planarc.flatten.tree.nodes import (
+    RECORD_KINDS,
     Class,
     Element,
     Env,
@@ -167,12 +167,10 @@ def variable_type(cls: Class, session: Session, span: Span) -> tuple[flat.Type, 
     layout = layout_of(cls)
     if layout.builtin is not None:
         return layout.builtin, layout
-    if layout.kind is syntax.ClassKind.RECORD:
+    if layout.kind in RECORD_KINDS:
         return record_type(cls, session), layout
     if layout.kind is syntax.ClassKind.FUNCTION:
         return _formal_type(cls, session), layout
-    if layout.kind is syntax.ClassKind.OPERATOR_RECORD:
-        raise unsupported("operator records", "14", span)
     message = f"a variable of a function cannot be of the {layout.kind.value} `{cls.name}`"
     raise error("F297", message, span)
 
@@ -183,6 +181,8 @@ def record_type(cls: Class, session: Session) -> flat.Type:
         parts = lookup.components(static_instance(cls))
         fields = tuple((name, _field_type(element, session)) for name, element in parts)
         cls.record = flat.Type(flat.Base.RECORD, (), cls.name, (), fields)
+        if layout_of(cls).kind is syntax.ClassKind.OPERATOR_RECORD:
+            session.operator_records[cls.name] = cls
     return cls.record
 
 

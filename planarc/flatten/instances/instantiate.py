@@ -262,8 +262,6 @@ def _check_class(cls: Class, layout: Layout, definition: syntax.Component, name:
         raise error("F253", message, definition.span, hint=hint)
     if kind in (syntax.ClassKind.FUNCTION, syntax.ClassKind.OPERATOR_FUNCTION):
         raise error("F253", f"`{name}` is declared of the function `{cls.name}`", definition.span)
-    if kind is syntax.ClassKind.OPERATOR_RECORD:
-        raise unsupported("operator records", "14", definition.span)
     if _is_partial(layout):
         message = f"`{name}` is declared of the partial class `{cls.name}`"
         hint = "use a class that extends it"

@@ -484,6 +484,13 @@ class Makers(Data):
     typed: Callable[[syntax.Expression, Env], flat.Expression]
     call: Callable[[syntax.Call, Env], flat.Expression]
     function: Callable[[Class, Span], FunctionInfo]
+    operate: Callable[[str, tuple[flat.Expression, ...], Span, Env], flat.Expression]
+
+
+def is_overloaded(value: flat.Expression, env: Env) -> bool:
+    """Whether a value is an operator record, or an array's entries are."""
+    type_ = value.type
+    return type_.base is flat.Base.RECORD and type_.name in env.session.operator_records
 
 
 #: A variable that was asked for its value, and whether that makes it structural; None for what has
@@ -507,6 +514,7 @@ class Session:
         self.warnings: list[Diagnostic] = []
         self.functions: dict[str, flat.Function] = {}
         self.signatures: dict[str, Signature] = {}
+        self.operator_records: dict[str, Class] = {}  # those of which there are values
         self.formals: dict[str, Signature] = {}  # interfaces of inputs that are functions
         self.leaves: dict[str, Leaf] = {}
         #: variables that nobody has asked for yet: their instance, and their name in it

@@ -19,7 +19,7 @@ from planarc.core.prose import counted
 from planarc.core.source import Span
 from planarc.flatten.terms.conform import NUMERIC, expect, unify
 from planarc.flatten.terms.select import array, boolean, integer, opened
-from planarc.flatten.tree.nodes import Env
+from planarc.flatten.tree.nodes import Env, is_overloaded
 from planarc.flatten.typing import arrays
 from planarc.flatten.typing.arrays import MANY, Arguments, wrong_argument
 from planarc.flatten.values.variability import variability_of
@@ -118,6 +118,10 @@ def _extreme(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expr
 
 def _total(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     (value,) = arguments
+    if is_overloaded(value, env):
+        return env.session.makers.operate(name, (value,), span, env)
+    if not _number(value.type):
+        raise wrong_argument(name, value)
     if not value.type.dims:
         return value
     return flat.Builtin(value.type.with_dims(()), span, name, (value,))
@@ -235,8 +239,8 @@ def _instance_name(name: str, arguments: Arguments, span: Span, env: Env) -> fla
 
 RULES: dict[str, Rule] = {
     "integer": Rule(1, 1, takes=_number, make=_mapped(lambda a: flat.INTEGER)),
-    "sum": Rule(1, 1, takes=_number, make=_total),
-    "product": Rule(1, 1, takes=_number, make=_total),
+    "sum": Rule(1, 1, make=_total),
+    "product": Rule(1, 1, make=_total),
     "der": Rule(1, 1, takes=_number, make=_der),
     "pre": Rule(1, 1, make=_of_variable),
     "edge": Rule(1, 1, make=_of_variable),
@@ -244,7 +248,7 @@ RULES: dict[str, Rule] = {
     "noEvent": Rule(1, 1, lambda a: a[0].type),
     "smooth": Rule(2, 2, make=_smooth),
     "homotopy": Rule(2, 2, takes=_number, make=_homotopy, names=("actual", "simplified")),
-    "semiLinear": Rule(3, 3, lambda a: flat.REAL, _scalar),
+    "semiLinear": Rule(3, 3, takes=_number, make=_mapped(lambda a: flat.REAL)),
     "delay": Rule(2, 3, lambda a: flat.REAL, _scalar),
     "initial": Rule(0, 0, lambda a: flat.BOOLEAN),
     "terminal": Rule(0, 0, lambda a: flat.BOOLEAN),

@@ -24,7 +24,7 @@ from planarc.flatten.terms.constant import to_expression
 from planarc.flatten.terms.select import array, integer
 from planarc.flatten.tree import lookup
 from planarc.flatten.tree.demand import layout_of
-from planarc.flatten.tree.nodes import Class, Env, Family, Leaf
+from planarc.flatten.tree.nodes import Class, Env, Family, Leaf, is_overloaded
 from planarc.flatten.typing import references
 from planarc.flatten.typing.arrays import size_along
 from planarc.flatten.values import evaluate
@@ -247,6 +247,8 @@ def _reduced(
     if not items:
         return _of_nothing(node, reduce, env)
     type_, span = _common_type(items), node.span
+    if reduce in ("sum", "product") and is_overloaded(items[0], env):
+        return env.session.makers.operate(reduce, (array(items, type_, span),), span, env)
     if type_.dims and reduce == "sum":
         total = items[0]
         for item in items[1:]:

@@ -16,10 +16,11 @@ from collections.abc import Callable
 from typing import Any
 
 from planarc.core.diagnostic import error
+from planarc.core.source import Span
 from planarc.flatten.refusal import OutOfRange, for_each
 from planarc.flatten.terms.conform import type_text, unify
 from planarc.flatten.terms.constant import Value
-from planarc.flatten.tree.nodes import Env
+from planarc.flatten.tree.nodes import Env, is_overloaded
 from planarc.flatten.typing import arrays, comprehension, operators, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
@@ -59,8 +60,20 @@ def _binary(node: syntax.Binary, env: Env) -> flat.Expression:
     spine.reverse()
     value, *others = for_each((left, *(b.right for b in spine)), env.typed)
     for binary, right in zip(spine, others, strict=True):
-        value = operators.binary(binary.op, value, right, binary.span)
+        value = _operated(binary.op, (value, right), binary.span, env)
     return value
+
+
+def _operated(
+    op: str, operands: tuple[flat.Expression, ...], span: Span, env: Env
+) -> flat.Expression:
+    """An operator's value; operator records have functions of their own."""
+    if any(is_overloaded(o, env) for o in operands):
+        return env.session.makers.operate(op, operands, span, env)
+    if len(operands) == 1:
+        return operators.unary(op, operands[0], span)
+    left, right = operands
+    return operators.binary(op, left, right, span)
 
 
 def _if(node: syntax.If, env: Env) -> flat.Expression:
@@ -147,7 +160,7 @@ _TYPERS: dict[type, Callable[[Any, Env], flat.Expression]] = {
     syntax.End: _end,
     syntax.Colon: _refused("F223", "`:` has a meaning only as a subscript or a dimension"),
     syntax.Ref: references.type_reference,
-    syntax.Unary: lambda node, env: operators.unary(node.op, env.typed(node.operand), node.span),
+    syntax.Unary: lambda node, env: _operated(node.op, (env.typed(node.operand),), node.span, env),
     syntax.Binary: _binary,
     syntax.If: _if,
     syntax.Range: _range,

@@ -29,7 +29,6 @@ from planarc.flatten.refusal import (
     OutOfRange,
     TurnOnce,
     unknown_value,
-    unsupported,
 )
 from planarc.flatten.terms.conform import base_conforms, type_text, unlike_dims
 from planarc.flatten.terms.select import array, integer, subscripted
@@ -495,10 +494,10 @@ def leaf_value(leaf: Leaf, span: Span, env: Env) -> flat.Expression:
 
 def instance_value(instance: Instance, span: Span, env: Env) -> flat.Expression:
     """A record component as a value of its fields."""
-    if any(p.definition.kind is syntax.ClassKind.OPERATOR_RECORD for p in instance.layout.parts):
-        raise unsupported("operator records", "14", span)
     if not instance.has_value:
         raise error("F216", f"`{instance.name}` is a component, not a value", span)
+    if instance.layout.kind is syntax.ClassKind.OPERATOR_RECORD:
+        env.session.operator_records[instance.cls.name] = instance.cls
     items = [(n, node_value(node_of(e), span, env)) for n, e in lookup.components(instance)]
     type_ = flat.Type(
         flat.Base.RECORD, (), instance.cls.name, (), tuple((n, e.type) for n, e in items)
