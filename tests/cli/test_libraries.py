@@ -90,8 +90,8 @@ def test_list_shows_files_that_stand_by_themselves_in_a_folder(
     clock = 'package Watches "second"\nmodel Watches.Clock "second"\n'
     assert capsys.readouterr().out == f'{clock}model One "1"\nmodel Two "2"\n'
     assert run(["list", "--library", "second"]) == 0
-    names = [line.split()[1] for line in capsys.readouterr().out.splitlines()]
-    assert names == ["Watches", "Modelica", "PlanarMultiBody"]
+    names = [line.split(' "')[0].split()[-1] for line in capsys.readouterr().out.splitlines()]
+    assert names == ["Watches", "Complex", "Modelica", "PlanarMultiBody"]
     script.write_text("model One\n", "utf-8")
     assert run(["list", "second"]) == 1
     assert "two_clocks.pmo:1:10" in capsys.readouterr().err
@@ -101,7 +101,8 @@ def test_list_without_arguments_shows_what_is_found(capsys: pytest.CaptureFixtur
     assert run(["list", "--library", "second"]) == 0
     first, *others = capsys.readouterr().out.splitlines()
     assert first == 'package Watches "second"'
-    assert [line.split()[1] for line in others] == ["Modelica", "PlanarMultiBody"]
+    names = [line.split(' "')[0].split()[-1] for line in others]
+    assert names == ["Complex", "Modelica", "PlanarMultiBody"]
 
 
 def test_every_class_of_planarc_can_be_listed(capsys: pytest.CaptureFixture[str]) -> None:

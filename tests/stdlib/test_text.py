@@ -21,7 +21,7 @@ FILES = sorted(ROOT.rglob("*.pmo"))
 NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
 
 #: Mathematical functions and constants have no unit.
-PHYSICAL = [p for p in FILES if p.parts[len(ROOT.parts)] != "Modelica" and "Frames" not in p.parts]
+PHYSICAL = [p for p in FILES if "PlanarMultiBody" in p.parts and "Frames" not in p.parts]
 
 #: A model that is run says what its parts are by their names and its documentation.
 LIBRARY = [p for p in FILES if "Examples" not in p.parts]

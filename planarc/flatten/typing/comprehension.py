@@ -262,6 +262,8 @@ def _of_nothing(node: syntax.Comprehension, reduce: str, env: Env) -> flat.Expre
     one that only a Real has."""
     number = elementary.OF_NOTHING[reduce]
     type_ = _type_of_body(node, node.iterators, env)
+    if type_ is not None and is_overloaded(nothing := array([], type_, node.span), env):
+        return env.session.makers.operate(reduce, (nothing,), node.span, env)
     if reduce in ("sum", "product") and (type_ is None or type_.base is not flat.Base.REAL):
         return integer(int(number), node.span)
     return flat.Literal(flat.REAL, node.span, number)

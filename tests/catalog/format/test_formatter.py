@@ -21,6 +21,8 @@ FOLDERS = [*(ROOT / "stdlib").iterdir(), ROOT / "examples", ROOT / "tests" / "ca
 
 
 def files(folder: Path) -> list[Path]:
+    if folder.is_file():
+        return [folder]
     return sorted(p for p in folder.rglob("*") if p.suffix in {".pmo", ".mo"})
 
 
