@@ -180,8 +180,20 @@ def record_value(instance: Instance) -> flat.Expression | None:
             value = references.field_of(whole, instance.element.name, whole.span)
             instance.value = pick(value, instance.indices)
         elif own is not None:
-            instance.value = type_binding(own)
+            value = type_binding(own)
+            if value.type.base is not flat.Base.RECORD:
+                raise _no_record(instance, value)
+            instance.value = value
     return instance.value
+
+
+def _no_record(instance: Instance, value: flat.Expression) -> PlanarcError:
+    """The error of a number that is given to a record as a whole."""
+    name, of = instance.name, instance.cls.name
+    message = f"the value of `{name}` must be of type {of}, but is {type_text(value.type)}"
+    operators = instance.layout.kind is syntax.ClassKind.OPERATOR_RECORD
+    hint = f"write `{of}({value.span.text})`" if operators and not value.type.dims else None
+    return error("F270", message, value.span, hint=hint)
 
 
 # Attributes -----------------------------------------------------------------------------------

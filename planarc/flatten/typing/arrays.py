@@ -44,8 +44,18 @@ def wrong_argument(name: str, value: flat.Expression) -> PlanarcError:
     hint = None
     if name == "cross" and value.type.dims == (2,):
         hint = "in the plane the product is a number: `PlanarMultiBody.Frames.cross(a, b)`"
+    if value.type.name == "Complex" and not value.type.dims:
+        hint = _of_complex(name, value.span.text)
     message = f"`{name}` cannot be applied to {type_text(value.type)}"
     return error("F291", message, value.span, hint=hint)
+
+
+def _of_complex(name: str, written: str) -> str | None:
+    """What takes a complex number in the place of a built-in."""
+    if name == "der":
+        return f"take the derivatives of its parts, `der({written}.re)` and `der({written}.im)`"
+    known = name in ("abs", "exp", "log", "sqrt")
+    return f"write `Modelica.ComplexMath.{name}({written})`" if known else None
 
 
 def size(arguments: Arguments, span: Span, env: Env) -> flat.Expression:
