@@ -82,7 +82,7 @@ class Samples:
     def _anew(self) -> RowValues:
         """Values of formulas, none of them known yet."""
         values = self._values  # and not the samples: no cycle
-        return RowValues(lambda e: values.get(e, 0.0), lambda e, args: math.nan)
+        return RowValues(lambda e: values.get(e, 0.0), lambda e, args: math.nan, patient=False)
 
     def set(self, symbol: Expr, values: Values) -> None:
         self._values[symbol] = values

@@ -23,7 +23,7 @@ from planarc.ir.loop import Loop
 from planarc.runtime import elementary
 
 # Where it counts: an enumeration looks up its members by a function.
-_CONST, _CALL, _LOOP, _OTHERS = Op.CONST, Op.CALL, Op.LOOP, (Op.APPLY, Op.PAST, Op.LOOP)
+_CONST, _CALL, _LOOP, _OTHERS = Op.CONST, Op.CALL, Op.LOOP, (Op.APPLY, Op.PAST)
 #: Turns that rows take together at most; comparisons, of which none may ask for what is no number.
 _TOGETHER, _COMPARED = 1000, frozenset({Op.LESS, Op.LESS_EQUAL, Op.EQUAL})
 
@@ -48,7 +48,7 @@ def on_arrays(row: elementary.Elementary) -> Callable[..., Any]:
 
 
 def applied(e: Expr, args: Sequence[Any]) -> Any:
-    """A function of numbers in `external`, or a loop, called for each row."""
+    """A function of numbers in `external`, called for each row."""
     rows = zip(*np.broadcast_arrays(*map(np.atleast_1d, args)), strict=True)
     return np.array([apply_function(e, row) for row in rows])
 
@@ -57,13 +57,17 @@ class RowValues:
     """Gives the values of expressions, and remembers them.
 
     `leaf` gives those of symbols, time, left limits and events, `other` those of calls that
-    are no elementary functions. nan stands where there is no value.
+    are no elementary functions. nan stands where there is no value, and where a loop takes very
+    many turns and nobody is `patient`.
     """
 
     def __init__(
-        self, leaf: Callable[[Expr], Any], other: Callable[[Expr, Sequence[Any]], Any] = applied
+        self,
+        leaf: Callable[[Expr], Any],
+        other: Callable[[Expr, Sequence[Any]], Any] = applied,
+        patient: bool = True,
     ) -> None:
-        self._leaf, self._other = leaf, other
+        self._leaf, self._other, self._patient = leaf, other, patient
         self._values: dict[Expr, Any] = {}
         self._behind: dict[tuple[Any, ...], Vector] = {}  # loops, for each output
         self._operators = _operators()
@@ -84,23 +88,23 @@ class RowValues:
             return self._operators[op](*args)
         if op is _CALL:
             return _call(elementary.TABLE[e.data], args)
-        if op is _LOOP and self._other is applied:
+        if op is _LOOP:
             return self._of_loop(e, args)
         return self._other(e, args) if op in _OTHERS else self._leaf(e)
 
-    def _of_loop(self, e: Expr, args: Sequence[Any]) -> Vector:
+    def _of_loop(self, e: Expr, args: Sequence[Any]) -> Any:
         """One of the values behind a loop, which are computed together."""
         loop, output = e.data
         key = (loop, e.args)
         if key not in self._behind:
             columns = np.array(np.broadcast_arrays(*map(np.atleast_1d, args)), dtype=float)
             with np.errstate(all="ignore"):
-                self._behind[key] = _turned(loop, columns)
-        found: Vector = self._behind[key][output]
-        return found
+                self._behind[key] = _turned(loop, columns, self._patient)
+        found = self._behind[key][output]
+        return found if any(map(np.ndim, args)) else float(found[0])
 
 
-def _turned(loop: Loop, columns: Vector) -> Vector:
+def _turned(loop: Loop, columns: Vector, patient: bool) -> Vector:
     """The values behind a loop, of each row; rows that take a turn take it together.
 
     Rows that take very many, or ask for what is not a number, are left to `loops`.
@@ -114,7 +118,7 @@ def _turned(loop: Loop, columns: Vector) -> Vector:
     apart = np.zeros(len(left), dtype=bool)
     for _ in range(_TOGETHER):
         now = np.vstack((found[:-1, left], columns[loop.carried :, left]))
-        values = RowValues(dict(zip(symbols, now, strict=True)).__getitem__)
+        values = RowValues(dict(zip(symbols, now, strict=True)).__getitem__, patient=patient)
         goes_on = np.broadcast_to(values(condition), left.shape).astype(bool)
         for e in asked:
             apart[left] |= np.isnan(values(e))
@@ -126,9 +130,13 @@ def _turned(loop: Loop, columns: Vector) -> Vector:
         turned = [np.broadcast_to(values(f), left.shape)[goes_on] for f in following]
         found[:-1, rest] = np.reshape(turned, (loop.carried, len(rest)))
         left = rest
+    late = sorted({*left.tolist(), *np.flatnonzero(apart).tolist()})
+    if not patient:
+        found[:, late] = math.nan
+        return found
     from planarc.evaluate.loops import values_behind
 
-    for row in {*left.tolist(), *np.flatnonzero(apart).tolist()}:
+    for row in late:
         found[:, row] = values_behind(loop, columns[:, row].tolist())
     return found
 

@@ -87,8 +87,15 @@ _SETTLING, _SETTLED, _STAYING = 100, 1e-11, 1e-10
 
 
 def _of_loop(t: Exprs, e: Expr, d: Sequence[Expr]) -> Expr:
-    """d(e) of what a loop gives, where `d` are those of what it takes: a loop of as many turns
-    carries derivatives beside what it carried.
+    """d(e) of what a loop gives, where `d` are those of what it takes. It is linear in these, and
+    so must be the expression: equations of speeds are linear."""
+    alike = {x: tuple(t.one if x is y else t.zero for y in d) for x in d if x is not t.zero}
+    return t.add(*(t.mul(_loop_slope(t, e, seeds), x) for x, seeds in alike.items()))
+
+
+def _loop_slope(t: Exprs, e: Expr, d: Sequence[Expr]) -> Expr:
+    """A derivative of what a loop gives by numbers that it takes: a loop of as many turns carries
+    derivatives beside what it carried.
 
     A search that begins at what it looks for takes no turn, and its derivatives have not moved yet.
     So, as long as more turns leave all values about as they are, they are taken for the derivatives

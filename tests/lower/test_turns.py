@@ -384,3 +384,47 @@ def test_a_size_that_turns_change_is_told_beside_the_loop() -> None:
     )
     assert found.code == "L322"
     assert found.related[-1].message.startswith("nor can it stay a loop: a size of `a`")
+
+
+#: The radius of a cam, and the follower that it lifts off.
+CAM = """model Cam
+  import PlanarMultiBody.{Contacts, Curves, Joints, Parts};
+  function egg
+    extends PlanarMultiBody.Interfaces.partialCurveRadius;
+    RADIUS
+  end egg;
+  inner PlanarMultiBody.World world;
+  Joints.Revolute axle(phi(start=0.3, fixed=true), w(start=14, fixed=true));
+  Parts.Body disc(m=2, I=0.05);
+  Joints.Prismatic guide(n={0, 1}, s(start=0.14, fixed=true), v(start=0, fixed=true));
+  Parts.Body follower(m=0.3, I=0.01);
+  Contacts.CurveCurveContact contact(
+    redeclare Curves.Polar curve1(R=0.1, redeclare function radius = egg),
+    redeclare Curves.Circle curve2(R=0.02), e=0.3);
+equation
+  connect(world.frame_b, axle.frame_a);
+  connect(axle.frame_b, disc.frame_a);
+  connect(world.frame_b, guide.frame_a);
+  connect(guide.frame_b, follower.frame_a);
+  connect(axle.frame_b, contact.frame_a);
+  connect(guide.frame_b, contact.frame_b);
+end Cam;
+"""
+FORMULA = "algorithm radius := (-1 + sqrt(1 + 1.2*(0.1 + 0.02*cos(phi))))/0.6;"
+SEARCH = """protected Real miss; algorithm
+    radius := 0.1;
+    miss := 1;
+    while abs(miss) > 1e-15 loop
+      miss := radius + 0.3*radius^2 - 0.1 - 0.02*cos(phi);
+      radius := radius - miss/(1 + 0.6*radius);
+    end while;"""
+
+
+def test_speeds_are_linear_where_a_curve_is_searched_for() -> None:
+    """A cam that is given by what its radius fulfils touches as the one of a formula does."""
+    formula, search = (planarc.load(CAM.replace("RADIUS", r)) for r in (FORMULA, SEARCH))
+    linear = [[b.linear for b in m.program.blocks] for m in (formula, search)]
+    assert linear[0] == linear[1]
+    first, second = (m.simulate(0.5, tolerance=1e-9) for m in (formula, search))
+    assert [e.time for e in second.events] == pytest.approx([e.time for e in first.events])
+    assert second["guide.s"][-1] == pytest.approx(first["guide.s"][-1], abs=1e-6)
