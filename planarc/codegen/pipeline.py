@@ -78,9 +78,7 @@ def generate(sorted: SortedDae) -> Program:
             span=dae.span,
             inputs=tuple(v.name for v in dae.inputs),
             outputs=tuple(
-                v.name
-                for v in (*dae.variables, *dae.discretes)
-                if v.causality == "output" and "." not in v.name
+                v.name for v in (*dae.variables, *dae.discretes) if v.causality == "output"
             ),
         )
     )

@@ -83,3 +83,19 @@ def test_comparisons_and_texts() -> None:
     """
     with pytest.raises(planarc.PlanarcError, match=r"p is 1\.5 - 2\*j, in short 2 - 2\*i"):
         planarc.load(text).simulate(1)
+
+
+def test_inputs_and_outputs_of_a_model_may_be_complex() -> None:
+    text = """model Gain
+      input Complex u;
+      output Complex y = Complex(0, 2)*u;
+    protected
+      output Complex hidden = u;
+    end Gain;
+    """
+    model = planarc.load(text)
+    assert model.inputs == ("u.re", "u.im")
+    assert model.outputs == ("y.re", "y.im")
+    run = model.simulate(1, inputs={"u.re": lambda t: t, "u.im": 3.0})
+    assert run["y.re"][-1] == pytest.approx(-6)
+    assert run["y.im"][-1] == pytest.approx(2)

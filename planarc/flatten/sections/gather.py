@@ -327,11 +327,15 @@ def _has_value(leaf: Leaf) -> bool:
 
 
 def _causality_of_model(leaf: Leaf) -> str:
-    """Inputs of the model itself, also those in its connectors and records; its outputs."""
+    """Inputs of the model itself, also those in its connectors and records; its outputs, also
+    those that are records."""
     if is_given(leaf):
         return leaf.causality.value
-    own = leaf.parent.depth == 0 and not leaf.element.protected
-    return leaf.causality.value if own else ""
+    holder, hidden = leaf.parent, leaf.element.protected
+    while holder.has_value and holder.causality is leaf.causality and holder.parent is not None:
+        hidden = hidden or (holder.element is not None and holder.element.protected)
+        holder = holder.parent
+    return leaf.causality.value if holder.depth == 0 and not hidden else ""
 
 
 def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -> None:
