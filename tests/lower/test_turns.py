@@ -373,6 +373,23 @@ def test_what_is_not_a_number_is_not_taken_for_the_end_of_a_loop() -> None:
     assert found.code == "R421"
 
 
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_a_loop_whose_values_get_lost_says_so(backend: str) -> None:
+    """Roots are taken until there is none, at which no comparison is true or false."""
+    text = """model M
+      function f input Real x; output Real y; algorithm
+        y := x;
+        while y < 3 loop y := sqrt(y - 0.2); end while;
+      end f;
+      Real y = f(0.25 - 0.01*time);
+    end M;"""
+    with pytest.raises(planarc.PlanarcError) as problem:
+        planarc.load(text, backend=backend).simulate(1)
+    assert problem.value.diagnostics[0].message == (
+        "at t = 0 s `while y < 3` in function `M.f` hangs on what is not a number"
+    )
+
+
 def test_a_size_that_turns_change_is_told_beside_the_loop() -> None:
     found = refused(
         """function f input Real u; output Real y; protected Real a[:]; algorithm
