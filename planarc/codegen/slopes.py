@@ -41,8 +41,9 @@ from msgspec import Struct
 from planarc.codegen.statements import Lister, Temporaries, is_trivial
 from planarc.core.data import Data
 from planarc.ir.calculus import Partials
+from planarc.ir.closing import applied
 from planarc.ir.derivatives import Group, Head, Scope
-from planarc.ir.expr import Expr, Exprs, Op, below, named, symbols, text
+from planarc.ir.expr import Expr, Exprs, below, named, symbols, text
 from planarc.ir.program import BlockCode, Let, Program, Solve, Statement
 
 
@@ -182,7 +183,7 @@ class _Deriver:
         found = [slope for row in rows for _, slope in row.terms]
         body, coefficients = self._listed(lets, found)
         used = below((*coefficients, *(let.value for let in body)))
-        if any(e.op is Op.APPLY and e.data[2] for e in used):
+        if any(wrt for e in used for *_, wrt in applied(e)):
             return None
         slots = tuple(map(self._slot, self._numbers))
         places = {slot: node for node, slot in enumerate(slots)}

@@ -12,8 +12,9 @@ from collections.abc import Iterator
 from planarc.core.diagnostic import Diagnostic, PlanarcError
 from planarc.core.source import NOWHERE, Span
 from planarc.instance.plan import crowd_names
+from planarc.ir.closing import applied
 from planarc.ir.dae import Assertion, Impact, Kind, Reinit, SetDiscrete
-from planarc.ir.expr import Op, postorder
+from planarc.ir.expr import postorder
 from planarc.ir.program import Let, Program
 from planarc.solve.stepping.refusal import no_implicit_steps
 
@@ -61,6 +62,6 @@ def _reasons(program: Program) -> Iterator[tuple[str, Span]]:
     formulas += [a.condition for a in acting if isinstance(a, Assertion)]
     formulas += [e for a in acting if isinstance(a, Impact) for e in a.arguments]
     formulas += [e for _, *pair, _ in program.samplers for e in pair]
-    called = dict.fromkeys(e.data[0] for e in postorder(formulas) if e.op is Op.APPLY)
+    called = dict.fromkeys(name for e in postorder(formulas) for name, *_ in applied(e))
     for name in called:
         yield f"the function `{name}`, which planarc computes in Python,", program.span

@@ -8,7 +8,7 @@ Promises:  what no turn changes is computed once, outside of the loop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from planarc.ir.expr import Expr, Exprs, Op, postorder
@@ -49,6 +49,18 @@ def opened(table: Exprs, loop: Loop, values: Sequence[Expr]) -> tuple[Expr, tupl
         else:
             found.append(table.node(Op(op), tuple(found[a] for a in args), data))
     return found[loop.condition], tuple(found[i] for i in loop.following)
+
+
+def applied(e: Expr) -> Iterator[tuple[str, int, tuple[int, ...]]]:
+    """The functions of `runtime.external` that a node calls, with output and derivative: also those
+    in the turns of a loop."""
+    nodes: list[tuple[int, Any]] = [(e.op, e.data)]
+    while nodes:
+        op, data = nodes.pop()
+        if op == Op.APPLY:
+            yield data
+        elif op == Op.LOOP:
+            nodes += [(inner, told) for inner, _, told in data[0].nodes]
 
 
 def symbols_of(table: Exprs, loop: Loop, mark: str = "") -> tuple[Expr, ...]:

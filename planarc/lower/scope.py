@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -102,6 +102,8 @@ class Model(Struct, dict=True):
     impure_calls: int = 0
     #: number of symbols that stand for what turns of loops change, see `turns`
     symbols_of_turns: int = 0
+    #: how many loops are being run once for all their turns: nothing in one is the model's own
+    turning: int = 0
     #: whether a variable is differentiated
     is_moving: Callable[[str], bool] = lambda _: False
     #: discrete variables that follow continuous ones, see `lefts`
@@ -142,6 +144,25 @@ class Model(Struct, dict=True):
         del self.relations[count:]
         self._relation_of = {k: i for k, i in self._relation_of.items() if i < count}
         self.refused.clear()  # calls whose arguments hold them
+
+    @contextmanager
+    def in_turn(self, span: Span) -> Iterator[None]:
+        """A block that is run once for all turns of a loop. What it would add to the model holds
+        for one turn only, and is refused; so is what is another value in each."""
+        own: tuple[list[Any], ...] = (self.added, self.auxiliaries, self.delays, self.samplers)
+        counts, calls = [len(listed) for listed in own], self.impure_calls
+        self.turning += 1
+        try:
+            yield
+        finally:
+            self.turning -= 1
+            grown = [len(listed) for listed in own] != counts
+            for listed, count in zip(own, counts, strict=True):
+                del listed[count:]
+        if grown:
+            raise unsupported("a loop with turns that need equations of their own", span)
+        if self.impure_calls > calls:
+            raise unsupported("a loop that calls a function that is not pure", span)
 
     def forget_bounds(self, count: int) -> None:
         """Drop those of subscripts among the assertions after the first `count`."""

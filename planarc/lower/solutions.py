@@ -6,8 +6,9 @@ Out:  unknowns, with the equations that they meet
 Example:  x = solve({{2, u}, {u, 3}}, {1, 0})   becomes
     2*$solution[1] + u*$solution[2] = 1,  u*$solution[1] + 3*$solution[2] = 0
 
-They can be differentiated, exported and solved in machine code as any others. A call that stands in
-one branch only, or at events, stays one: its matrix may be singular elsewhere.
+They can be differentiated, exported and solved in machine code as any others. A call that stands
+in one branch only, or at events, stays one: its matrix may be singular elsewhere. So does one in a
+turn of a loop, which is no equation of the model.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def as_unknowns(scope: Scope, given: Sequence[Value], span: Span) -> Iterator[Ex
     model = scope.model
     n, m, *entries = (e for value in given for e in exprs(value))
     is_open = scope.at_event or scope.path is not None or not (n.is_const and m.is_const)
-    if is_open or all(map(model.is_steady, entries)):
+    if is_open or model.turning or all(map(model.is_steady, entries)):
         return None
     rows, columns = int(n.data), int(m.data)
     key = (rows, *entries)

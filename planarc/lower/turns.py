@@ -41,10 +41,11 @@ def run_loop(runner: Runner, header: Header) -> None:
     turn = _Turn(runner, header)
     model = runner.scope.model
     count = len(model.assertions)
-    holds = header.holds(turn.inner)
-    asked = len(model.assertions) > count
-    turn.inner.run_body(header.loop.body)
-    header.step(turn.inner)
+    with model.in_turn(header.loop.span):
+        holds = header.holds(turn.inner)
+        asked = len(model.assertions) > count
+        turn.inner.run_body(header.loop.body)
+        header.step(turn.inner)
     turn.close(holds, model.take_assertions(count))
     if asked:  # what was asserted of the condition holds behind the last turn, too
         path, runner.path = runner.path, runner.on_path(turn.not_left())

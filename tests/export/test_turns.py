@@ -15,19 +15,11 @@ from planarc.request.request import Request
 from tests.export.fmus import WAYS, runs_here, simulate, written
 from tests.export.test_c import Run, misfit, needs_compiler, run  # noqa: F401
 from tests.export.test_wasm import needs_node, of_node
+from tests.lower.test_turns import ANOMALY, MEETING
 
 ORBIT = """
 model Orbit "A planet by Kepler's equation, and a mass that follows it"
-  function anomaly
-    input Real M;
-    input Real e;
-    output Real E;
-  algorithm
-    E := M;
-    while abs(E - e*sin(E) - M) > 1e-13 loop
-      E := E - (E - e*sin(E) - M)/(1 - e*cos(E));
-    end while;
-  end anomaly;
+  ANOMALY
   parameter Real e = 0.5;
   output Real E = anomaly(time, e);
   output Real rate = der(E);
@@ -38,7 +30,7 @@ equation
   der(v) = 10*(cos(E) - e - x) - v + (if E > 2 then 1 else 0);
   annotation(experiment(StopTime=5, Interval=0.01));
 end Orbit;
-"""
+""".replace("ANOMALY", ANOMALY)
 
 
 @cache
@@ -76,3 +68,11 @@ def test_a_page_runs_it(tmp_path: Path) -> None:
     there = [reference().at("x", t) for t in times]
     assert plain["columns"][2] == pytest.approx(there, abs=1e-6)
     assert round_["columns"][1] == pytest.approx(times, abs=1e-12)
+
+
+def test_what_turns_call_in_python_is_not_exported() -> None:
+    """Machine code elsewhere has no Python to call back."""
+    model = planarc.load(f"model M\n{MEETING}\noutput Real x[2] = meeting(time);\nend M;")
+    with pytest.raises(planarc.PlanarcError, match="the function `planarc_solution`") as refused:
+        model.export_c("nowhere")
+    assert refused.value.diagnostics[0].code == "C300"

@@ -26,6 +26,32 @@ ANOMALY = """
   end anomaly;
 """
 
+MEETING = """
+  function meeting "Where x1^2 + x2 = 3 + p and x1 + 1 = x2^2, by Newton's method of two unknowns"
+    input Real p;
+    output Real x[2];
+  protected
+    Real r[2];
+    Real J[2, 2];
+  algorithm
+    x := {1, 1};
+    r := {1, 1};
+    while max(abs(r)) > 1e-12 loop
+      r := {x[1]^2 + x[2] - 3 - p, x[1] - x[2]^2 + 1};
+      J := [2*x[1], 1; 1, -2*x[2]];
+      x := x - solution(J, r);
+    end while;
+  end meeting;
+  function solution
+    input Real A[:, size(A, 1)];
+    input Real b[size(A, 1)];
+    output Real x[size(A, 1)];
+  protected
+    Integer info;
+  external "C" planarc_solution(size(A, 1), 1, A, b, x, info);
+  end solution;
+"""
+
 
 def run(body: str, stop: float = 1.0, intervals: int = 40, **options: Any) -> planarc.Result:
     """A run of machine code, which is that of NumPy."""
@@ -228,6 +254,39 @@ def test_equations_are_solved_through_a_loop() -> None:
     result = run(f"{ANOMALY}\nReal m(start=0.2); equation anomaly(m, 0.5) + m = time + 0.1;", 5)
     m = result["m"]
     assert anomalies(m) + m == pytest.approx(result.time + 0.1, abs=1e-10)
+
+
+def test_linear_equations_are_solved_in_each_turn() -> None:
+    result = run(f"{MEETING}\nReal x[2] = meeting(time);")
+    x, y = result["x[1]"], result["x[2]"]
+    assert x**2 + y == pytest.approx(3 + result.time, abs=1e-12)
+    assert x + 1 == pytest.approx(y**2, abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_turns_that_call_what_has_no_derivative_have_none(backend: str) -> None:
+    text = f"model M\n{MEETING}\nReal x[2] = meeting(time); Real v = der(x[1]);\nend M;"
+    with pytest.raises(planarc.PlanarcError, match="G401") as refused:
+        planarc.load(text, backend=backend).simulate(1)
+    span = refused.value.diagnostics[0].span
+    assert span is not None
+    assert span.text == "meeting(time)"
+
+
+def test_functions_that_are_not_pure_are_not_called_by_turns() -> None:
+    """Each of their calls draws a number of its own, and a turn stands for all."""
+    found = refused(
+        """impure function drawn input Integer id; output Real y;
+          external "C" y = ModelicaRandom_impureRandom_xorshift1024star(id); end drawn;
+        impure function f input Real c; output Real n; protected Real s; algorithm
+          n := 0; s := 0;
+          while s < c loop s := s + drawn(1); n := n + 1; end while;
+        end f;
+        discrete Real n(start=0, fixed=true);
+        equation when sample(0.1, 0.3) then n = f(20*time); end when;"""
+    )
+    assert found.code == "L322"
+    assert "a function that is not pure" in found.related[-1].message
 
 
 def test_events_are_found_by_what_a_loop_gives() -> None:

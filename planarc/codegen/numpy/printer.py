@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING
 from planarc.codegen.certain import evaluated_always, is_part, used_always
 from planarc.codegen.numpy.function import FunctionText, Line, Parts
 from planarc.codegen.numpy.names import Names, comment
+from planarc.codegen.refusal import NotDifferentiable
 from planarc.evaluate.written import loop_text
 from planarc.ir.expr import Expr, Op
 from planarc.ir.program import Program
@@ -102,7 +103,10 @@ def _loops(names: Names) -> Iterator[str]:
             case Op.LOOP:
                 return f"{names.of_loop(e.data[0])}({given})[{e.data[1]}]"
             case Op.APPLY:
-                return f"external({e.data[0]!r}, {e.data[1]}, ({given},))"
+                function, output, wrt = e.data
+                if wrt:
+                    raise NotDifferentiable(function)
+                return f"external({function!r}, {output}, ({given},))"
         return f"safe({e.data}, {given})"
 
     written = 0
