@@ -103,7 +103,8 @@ def _loop_slope(t: Exprs, e: Expr, d: Sequence[Expr]) -> Expr:
     """
     loop, output = e.data
     values, rates, ends = (symbols_of(t, loop, mark) for mark in ("", "'", "''"))
-    condition, following = opened(t, loop, values)
+    condition, left = opened(t, loop, values)
+    following = [t.if_(e, t.one, t.zero) if e.op in _TRUTHS else e for e in left]
     moving = [x is not t.zero for x in d]
     slopes = _slopes_of_turn(t, following, values, rates, moving)
     if output == loop.ended or not moving[output]:

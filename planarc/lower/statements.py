@@ -27,7 +27,7 @@ from planarc.core.diagnostic import Diagnostic, Misfit, Related, error
 from planarc.core.prose import both, listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.expr import Expr
+from planarc.ir.expr import Expr, Exprs
 from planarc.ir.flatwalk import assigned_in, nodes_of, set_by
 from planarc.lower import scalar
 from planarc.lower.assignment import store, zero_of
@@ -40,6 +40,8 @@ MAX_TURNS = 50_000  # of all loops of one call whose conditions are known
 MAX_WAYS = 1_000  # ways through one call
 MAX_STILL = 50  # turns of a loop that each may be the last, after which the same is known
 MAX_ENTRIES = 1_000_000  # of one array
+#: Steps of a range are taken for so many more of them: 0.3/0.1 is 2.9999999999999996.
+_ROUNDED = 1 + 1e-15
 
 
 class _Body(Data):
@@ -75,7 +77,7 @@ class Header(Data):
     loop: flat.WhileStatement | flat.ForStatement
     holds: Callable[[Runner], Expr]
     step: Callable[[Runner], None] = lambda _: None
-    iterator: tuple[str, ...] = ()
+    counted: str = ""  # what counts the turns, where something does
 
 
 #: What runs loops that hang on what is not known as loops.
@@ -322,12 +324,16 @@ class Runner(Struct):
         t, hidden = self.scope.table, self.values.get(s.iterator)
         nothing = flat.IfStatement(s.span, s.component, (), ())
         low, high = bounds(stop)
-        last = ((high if step > 0 else low) - start) / step
+        last = ((high if step > 0 else low) - start) / step * _ROUNDED
+        whole = start == int(start) and step == int(step)
+        reach = _last(t, t.const(start), t.const(step), stop)
         for turn in range(MAX_WAYS):
             if turn > last:
                 break
             place = t.const(start + turn * step)
             here = t.less_equal(place, stop) if step > 0 else t.less_equal(stop, place)
+            if not whole:
+                here = t.less_equal(t.const(turn), reach)
             self._count_turn(s)
             before = replace(self, values=dict(self.values))
             self.values[s.iterator] = place
@@ -364,20 +370,23 @@ class Runner(Struct):
     def _roll_for(
         self, roll: Roll, s: flat.ForStatement, start: Expr, step: Expr, stop: Expr
     ) -> None:
-        t, hidden = self.scope.table, self.values.get(s.iterator)
-
-        def place(turn: Runner) -> Expr:
-            return expr(turn.values[s.iterator])
+        t, counted = self.scope.table, f"${s.iterator}"  # the turns so far
+        hidden, outer = self.values.get(s.iterator), self.values.get(counted)
+        last = _last(t, start, step, stop)
 
         def holds(turn: Runner) -> Expr:
-            ends = (place(turn), stop) if step.data > 0 else (stop, place(turn))
-            return t.less_equal(*ends)
+            count = expr(turn.values[counted])
+            turn.values[s.iterator] = t.add(start, t.mul(step, count))
+            return t.less_equal(count, last)
 
         def go_on(turn: Runner) -> None:
-            turn.values[s.iterator] = t.add(place(turn), step)
+            turn.values[counted] = t.add(expr(turn.values[counted]), t.one)
 
-        self.values[s.iterator] = start
-        roll(self, Header(s, holds, go_on, (s.iterator,)))
+        self.values[counted] = t.zero
+        roll(self, Header(s, holds, go_on, counted))
+        del self.values[counted]
+        if outer is not None:
+            self.values[counted] = outer
         self._forget(_For(s, (), hidden))
 
     def loop_while(self, s: flat.WhileStatement) -> None:
@@ -452,6 +461,11 @@ class Runner(Struct):
         if isinstance(s, flat.Terminate | flat.Reinit):
             raise outside_of_when(s.span, where=" in the place of an `if`")
         raise self.refused("this statement", s.span)
+
+
+def _last(t: Exprs, start: Expr, step: Expr, stop: Expr) -> Expr:
+    """The number of the last entry of a range, counted from 0, as that of a known one."""
+    return t.mul(t.const(_ROUNDED), t.div(t.sub(stop, start), step))
 
 
 def _leaves(statements: Sequence[flat.Statement]) -> bool:

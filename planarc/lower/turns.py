@@ -67,7 +67,7 @@ class _Turn:
         self._kept: dict[str, Value] = {}  # variables, in symbols
         self._flags: dict[str, Expr] = {}  # of those that may have no value
         self._left = self._returned = self._table.false
-        for name in (*self._assigned(), *header.iterator):
+        for name in (*self._assigned(), *filter(None, [header.counted])):
             self._begin(name)
         truths = {LEFT: self._table.false, RETURNED: self._table.false}
         self.inner: Runner = replace(

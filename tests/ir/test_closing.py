@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planarc.evaluate.rows import RowValues
 from planarc.evaluate.value import evaluate
 from planarc.ir.calculus import partial
 from planarc.ir.closing import close, opened, symbols_of
@@ -137,3 +139,16 @@ def test_a_loop_opens_to_what_it_was_closed_from() -> None:
     condition, following = opened(t, loop, symbols_of(t, loop))
     assert text(condition) == "1e-12 < abs($turn1)"
     assert [text(e) for e in following] == ["$turn0 + $turn1", "$turn1*$turn2"]
+
+
+def test_truths_are_carried_beside_derivatives() -> None:
+    """The square root by Newton's method, which ends where a truth says so; in rows, too."""
+    t = Exprs()
+    x, found, c = t.symbol("x"), t.symbol("found"), t.symbol("c")
+    better = t.mul(t.const(0.5), t.add(x, t.div(c, x)))
+    miss = t.call("abs", t.sub(t.mul(better, better), c))
+    loop, given = close("f", (x, found), t.not_(found), (better, t.less(miss, t.const(1e-13))))
+    slope = partial(t, c)(t.loop(loop, 0, (t.one, t.false, *given)))
+    numbers = np.array([2.0, 3.0])
+    assert RowValues(lambda _: numbers)(slope) == pytest.approx(0.5 / np.sqrt(numbers))
+    assert value(slope, 2.0) == pytest.approx(0.5 / math.sqrt(2.0))

@@ -182,6 +182,20 @@ def test_a_loop_computes_what_it_does_in_python(of: Callable[[float], float], te
     assert result["y"] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("enough", ["", "if y > 100 then break; end if;"])
+def test_ranges_of_real_numbers_have_the_entries_that_known_ones_have(enough: str) -> None:
+    """0:0.1:0.3 has four, though three steps are 0.30000000000000004."""
+    result = run(
+        f"""function f input Real stop; output Real y; algorithm
+          y := 0;
+          for x in 0:0.1:stop loop y := y + 1; {enough} end for;
+        end f;
+        Real y = f(min(0.3, 1 + time)); Real z = f(min(0.7, 1 + time));"""
+    )
+    assert set(result["y"]) == {4}
+    assert set(result["z"]) == {8}
+
+
 def test_matrices_go_from_turn_to_turn() -> None:
     result = run(
         """function exponential input Real A[2, 2]; output Real E[2, 2];
