@@ -352,6 +352,7 @@ def _model(
         figures=figures_of(root, root.session),
         connects=_connects(found.joined.connections, Instance),
         signals=_connects(found.joined.connections, Leaf),
+        clocked=root.session.clocked,
     )
 
 

@@ -120,6 +120,8 @@ class Equation(Located):
     generated: bool = False  # from a connection set
     assigned: bool = False  # by an algorithm: it gives `left` its value, and nothing else
     rates: tuple[Expr, ...] = ()  # the first derivatives of `right`, where they are given
+    clock: int | None = None  # of `Dae.clocks`: it holds where that ticks
+    integrates: bool = False  # `left`, from its derivative, at each tick
 
     @property
     def shown(self) -> str:
@@ -230,6 +232,15 @@ class Impact(Located):
 Action: TypeAlias = SetDiscrete | Reinit | Assertion | Terminate | Impact
 
 
+class Clock(Located):
+    """What ticks together. `tick` is a discrete Boolean that is true in the pass of an event in
+    which it does; equations with this clock give `variables` values then, which they keep."""
+
+    tick: str
+    variables: frozenset[str]
+    span: Span = NOWHERE
+
+
 class When(Located):
     """`when`/`elsewhen`: the first branch whose condition just became true acts.
 
@@ -317,6 +328,7 @@ class Dae(Located):
     samplers: tuple[Sampler, ...] = ()
     delays: tuple[Delay, ...] = ()
     whens: tuple[When, ...] = ()
+    clocks: tuple[Clock, ...] = ()
     assertions: tuple[Assertion, ...] = ()
     visuals: tuple[Visual, ...] = ()
     declared: tuple[Declared, ...] = ()

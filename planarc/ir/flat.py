@@ -30,6 +30,7 @@ class Base(Enum):
     ENUMERATION = "enumeration"
     RECORD = "record"
     FUNCTION = "function"  # an argument that is itself a function
+    CLOCK = "Clock"
 
 
 #: Sizes, None where they are known only when run (functions).
@@ -61,6 +62,7 @@ REAL = Type(Base.REAL)
 INTEGER = Type(Base.INTEGER)
 BOOLEAN = Type(Base.BOOLEAN)
 STRING = Type(Base.STRING)
+CLOCK = Type(Base.CLOCK)
 
 
 class Variability(IntEnum):
@@ -505,3 +507,4 @@ class FlatModel(Located):
     connects: tuple[Connect, ...] = ()
     signals: tuple[Connect, ...] = ()  # the connections of inputs and outputs
     warnings: tuple[Diagnostic, ...] = ()
+    clocked: bool = False  # operators of clocks stand in it

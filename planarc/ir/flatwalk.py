@@ -60,6 +60,17 @@ def names_in(expressions: Iterable[flat.Expression]) -> set[str]:
     return {node.name for node in nodes_of(expressions) if isinstance(node, flat.Reference)}
 
 
+def is_clock(e: flat.Expression) -> bool:
+    return e.type.base is flat.Base.CLOCK
+
+
+def is_clocked_sample(e: flat.Builtin) -> bool:
+    """Whether it is `sample(u)` or `sample(u, clock)`, and not `sample(start, interval)`."""
+    if e.function != "sample":
+        return False
+    return len(e.arguments) == 1 or is_clock(e.arguments[1])
+
+
 def is_false(value: flat.Expression | None) -> bool:
     """True for the literal `false`, and for an array of such."""
     if isinstance(value, flat.Array):

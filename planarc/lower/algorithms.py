@@ -64,16 +64,28 @@ def lower_initial_algorithm(
     model: Model, algorithm: flat.Algorithm, starts: Mapping[str, Value]
 ) -> Iterator[dae.Equation]:
     """The initial equations that an initial algorithm stands for."""
-    scope = Scope(model, events=False, at_event=True)
-    runner = Runner(scope, "this initial algorithm", algorithm.span)
+    count = len(model.assertions)
+    found = run_at_event(model, algorithm, starts, "this initial algorithm")
+    model.forget_bounds(count)  # the values at the start are not those that rows hold
+    for symbol, value in found:
+        yield dae.Equation(symbol, value, algorithm.span, algorithm.component)
+
+
+def run_at_event(
+    model: Model,
+    algorithm: flat.Algorithm,
+    starts: Mapping[str, Value] = MappingProxyType({}),
+    label: str = "this algorithm",
+) -> list[tuple[Expr, Expr]]:
+    """The variables that an algorithm sets at one instant, with their values. Those that it reads
+    before are as they were before the event."""
+    model.component = algorithm.component
+    runner = Runner(Scope(model, events=False, at_event=True), label, algorithm.span)
     names = assigned_in(algorithm.statements, whens=False)
     for name in names:
         runner.values[name] = _before(model, name, starts, algorithm.span)
-    count = len(model.assertions)
     _run(runner, algorithm.statements)
-    model.forget_bounds(count)  # the values at the start are not those that rows hold
-    for symbol, value in _results(runner, names):
-        yield dae.Equation(symbol, value, algorithm.span, algorithm.component)
+    return list(_results(runner, names))
 
 
 def _run(runner: Runner, statements: Sequence[flat.Statement]) -> None:

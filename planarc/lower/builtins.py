@@ -10,9 +10,9 @@ from planarc.core.source import Span
 from planarc.ir import dae
 from planarc.ir.expr import Expr, Exprs, Op
 from planarc.lower import delays, rounding, texts
-from planarc.lower.lefts import left_limit
+from planarc.lower.lefts import left_limit, left_limits
 from planarc.lower.operators import relation
-from planarc.lower.scope import Scope, UnknownCourse, unsupported
+from planarc.lower.scope import Scope, Ticking, UnknownCourse, unsupported
 from planarc.lower.values import Text, Value, expect_alike, expr, exprs, misfit_of
 from planarc.runtime import elementary, tensor
 from planarc.runtime.tensor import TooLarge, each, product, shape_of, stack
@@ -40,7 +40,10 @@ def call(scope: Scope, function: str, arguments: tuple[Value, ...], span: Span) 
 # Time and events -----------------------------------------------------------------------
 
 
-def _der(scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
+def _der(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    ticking = scope.model.ticking
+    if ticking is not None:
+        return each(lambda e: ticking.derivative(expr(e), span), a[0])
     return each(scope.model.time_derivative, a[0])
 
 
@@ -96,6 +99,25 @@ def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
         raise error("L307", "`sample` needs a start and an interval that are parameters", span)
     scope.model.samplers.append(dae.Sampler(start, interval, span))
     return scope.table.symbol(f"$sample[{len(scope.model.samplers) - 1}]")
+
+
+def _sampled(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
+    """Left limits of what moves, as a clock finds them."""
+    return each(lambda e: left_limits(scope.model, e, span), a[0])
+
+
+def _interval(scope: Scope, _a: tuple[Value, ...], span: Span) -> Value:
+    return _part(scope, span).interval()
+
+
+def _first_tick(scope: Scope, _a: tuple[Value, ...], span: Span) -> Value:
+    return _part(scope, span).first()
+
+
+def _part(scope: Scope, span: Span) -> Ticking:
+    if scope.model.ticking is None:
+        raise error("L377", f"`{span.text}` stands where no clock ticks", span)
+    return scope.model.ticking
 
 
 def _first(_scope: Scope, a: tuple[Value, ...], _span: Span) -> Value:
@@ -164,6 +186,9 @@ _BUILTINS: Mapping[str, Builtin] = {
     "edge": _edge,
     "change": _change,
     "sample": _sample,
+    "sampled": _sampled,
+    "interval": _interval,
+    "firstTick": _first_tick,
     "initial": lambda scope, _a, _span: scope.table.symbol(dae.INITIAL),
     "terminal": lambda scope, _a, _span: scope.table.symbol(dae.TERMINAL),
     "delay": delays.delay,

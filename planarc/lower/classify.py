@@ -58,8 +58,11 @@ def is_parameter(v: flat.Variable) -> bool:
     return v.variability <= _PARAMETER
 
 
-def classify(model: Model, source: flat.FlatModel) -> Classified:
-    """Enter all variables into `model` and give their scalar descriptions."""
+def classify(
+    model: Model, source: flat.FlatModel, clocked: frozenset[str] = frozenset()
+) -> Classified:
+    """Enter all variables into `model` and give their scalar descriptions. What is `clocked`
+    changes at ticks only."""
     set_at_events = frozenset(_assigned_in_whens(source))
     for v in source.variables:
         dims = fixed_dims(v.type)
@@ -68,6 +71,8 @@ def classify(model: Model, source: flat.FlatModel) -> Classified:
             model.parameters.update(names)
         elif _is_discrete(v, set_at_events):
             model.discretes.update(names)
+        elif clocked:
+            model.discretes.update(clocked.intersection(names))
         model.values[v.name] = _symbols(model, v, dims, names)
     parameters = _parameters(model, source)
     variables: list[dae.Variable] = []
@@ -77,7 +82,10 @@ def classify(model: Model, source: flat.FlatModel) -> Classified:
     for v in source.variables:
         if is_parameter(v) or _is_given_text(v):
             continue
-        scalars = _describe(model, v)
+        scalars = list(_describe(model, v))
+        if clocked:
+            discretes.extend(s for s in scalars if s.name in model.discretes)
+            scalars = [s for s in scalars if s.name not in model.discretes]
         if _is_discrete(v, set_at_events):
             discretes.extend(scalars)
         elif v.causality == "input" and v.binding is None:

@@ -40,14 +40,18 @@ class Lowered(Struct):
     equations: list[dae.Equation] = field(default_factory=list)
     whens: list[dae.When] = field(default_factory=list)
 
-    def parted(self, model: Model) -> tuple[list[dae.Equation], list[dae.Equation]]:
-        """The equations of continuous unknowns, and those of discrete ones."""
-        held = dae.set_by_whens(self.whens)
+    def parted(
+        self, model: Model, clocked: frozenset[str] = frozenset()
+    ) -> tuple[list[dae.Equation], list[dae.Equation]]:
+        """The equations of continuous unknowns, and those of discrete ones. What is `clocked` has
+        its value from equations with a clock."""
+        held = dae.set_by_whens(self.whens) | clocked
         continuous: list[dae.Equation] = []
         discrete: list[dae.Equation] = []
         for e in self.equations:
             own = frozenset[str]() if e.assigned else held
-            (discrete if _is_discrete(model, own, e) else continuous).append(e)
+            ticks = e.clock is not None
+            (discrete if ticks or _is_discrete(model, own, e) else continuous).append(e)
         return continuous, discrete
 
 
@@ -58,7 +62,7 @@ def lower_equations(model: Model, equations: Sequence[flat.Equation], into: Lowe
         model.component = e.component
         match e:
             case flat.Equality() | flat.IfEquation():
-                for left, right in _pairs(scope, e):
+                for left, right in scalar_pairs(scope, e):
                     add_equation(into, left, right, e)
             case flat.WhenEquation():
                 into.whens.append(when(scope, e, partial(_actions, replace(scope, at_event=True))))
@@ -107,7 +111,7 @@ def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.
             continue
         if not isinstance(e, flat.Equality | flat.IfEquation):
             raise error("L341", "this stands in no initial equation", e.span)
-        for left, right in _pairs(scope, e):
+        for left, right in scalar_pairs(scope, e):
             result.append(dae.Equation(left, right, e.span, e.component))
     model.forget_bounds(count)  # the values at the start are not those that rows hold
     return result
@@ -116,7 +120,7 @@ def lower_initial(model: Model, equations: Sequence[flat.Equation]) -> list[dae.
 # Equalities -------------------------------------------------------------------------------
 
 
-def _pairs(scope: Scope, e: flat.Equation) -> list[Pair]:
+def scalar_pairs(scope: Scope, e: flat.Equation) -> list[Pair]:
     """The scalar equations of an equality or of an if-equation."""
     if isinstance(e, flat.Equality):
         return list(_equality(scope, e))
@@ -172,9 +176,18 @@ def _joined(scope: Scope, e: flat.IfEquation) -> list[Pair]:
             message = f"the branches hold {len(branch)} and {len(result)} equations"
             hint = "give every branch as many equations, or make the condition a parameter"
             raise error("L345", message, e.span, hint=hint)
-        pairs = zip(branch, result, strict=True)
+        pairs = zip(_in_order(branch, result), result, strict=True)
         result = [_join(scope, truths[k], a, b) for a, b in pairs]
     return result
+
+
+def _in_order(branch: list[Pair], others: Sequence[Pair]) -> list[Pair]:
+    """The equations of a branch as those of the others stand, where each gives one variable:
+    `if c then a = 1; b = 2; else b = 0; a = 0; end if`."""
+    own = {left: (left, right) for left, right in branch if left.is_symbol}
+    if len(own) < len(branch) or own.keys() != {left for left, _ in others}:
+        return branch
+    return [own[left] for left, _ in others]
 
 
 def _section(scope: Scope, body: Sequence[flat.Equation]) -> list[Pair]:
@@ -183,7 +196,7 @@ def _section(scope: Scope, body: Sequence[flat.Equation]) -> list[Pair]:
         if isinstance(e, flat.Assert):
             scope.model.assertions.append(assertion(scope.without_events(), e))
         else:
-            pairs.extend(_pairs(scope, e))
+            pairs.extend(scalar_pairs(scope, e))
     return pairs
 
 
@@ -216,13 +229,13 @@ def trigger(scope: Scope, condition: flat.Expression, origin: flat.EquationNode)
     """The name of a new Boolean that becomes true when a when-branch is to act."""
     t = scope.table
     value = lower_expression(scope, condition)
-    truths = [_named(scope.model, e, origin) for e in exprs(value)]
+    truths = [named_truth(scope.model, e, origin) for e in exprs(value)]
     if not isinstance(value, Tensor):
         return truths[0].name
     truth = t.false
     for one in truths:  # any one that just became true (8.3.5)
         truth = t.or_(truth, t.and_(one, t.not_(t.pre(one.name))))
-    return _named(scope.model, truth, origin, dae.EDGE).name
+    return named_truth(scope.model, truth, origin, dae.EDGE).name
 
 
 def fires(model: Model, name: str) -> Expr:
@@ -252,11 +265,11 @@ def set_at_start(model: Model, e: dae.Equation) -> dae.When:
 
 def at_start_only(model: Model, e: dae.Equation, action: dae.Action) -> dae.When:
     """A when-clause of `initial()` for an initial equation."""
-    name = _named(model, model.table.symbol(dae.INITIAL), e).name
+    name = named_truth(model, model.table.symbol(dae.INITIAL), e).name
     return dae.When(((name, (action,)),), e.span, e.component)
 
 
-def _named(
+def named_truth(
     model: Model, truth: Expr, origin: flat.EquationNode | dae.Equation, kind: str = dae.WHEN
 ) -> Expr:
     """A discrete variable with that value, `pre` of which is known."""

@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from planarc.core.source import Span
 from planarc.ir import dae, flat
-from planarc.ir.expr import Expr
+from planarc.ir.expr import Expr, Substitution, symbols
 from planarc.ir.flatwalk import expressions_of_model, nodes_of
 from planarc.lower.scope import Model
 
@@ -47,7 +47,7 @@ class Moving(Struct, dict=True):
 def left_limit(model: Model, symbol: Expr, span: Span) -> Expr:
     """The value of a continuous variable before the event."""
     t = model.table
-    if model.is_moving(symbol.name):
+    if model.is_moving(symbol.name) and not symbol.data[1]:
         return symbol
     known = model.lefts.get(symbol)
     if known is None:
@@ -57,3 +57,15 @@ def left_limit(model: Model, symbol: Expr, span: Span) -> Expr:
         variable = dae.Variable(known.name, dae.Kind.REAL, protected=True, span=span)
         model.auxiliaries.append((variable, dae.Equation(known, symbol, span)))
     return t.if_(t.symbol(dae.INITIAL), symbol, t.pre(known.name))
+
+
+def left_limits(model: Model, e: Expr, span: Span) -> Expr:
+    """An expression with what its variables were before the event."""
+    t = model.table
+    before: dict[Expr, Expr] = {}
+    for symbol in symbols(e):
+        if symbol.name in model.discretes:
+            before[symbol] = t.pre(symbol.name)
+        elif symbol.name not in model.parameters and not symbol.name.startswith("$"):
+            before[symbol] = left_limit(model, symbol, span)
+    return Substitution(t, before)(e)

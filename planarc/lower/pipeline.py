@@ -14,6 +14,7 @@ Promises:  every name in an equation is a variable or parameter of the Dae, or r
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -36,6 +37,9 @@ from planarc.lower.starts import know_before, start_discretes
 from planarc.lower.unassigned import warn_of_unassigned
 from planarc.lower.values import Text, Value, fixed_dims, scalar_names
 from planarc.runtime.tensor import Tensor
+
+if TYPE_CHECKING:
+    from planarc.lower.clocks.parts import Parting
 
 
 def lower(source: flat.FlatModel, blended: bool = False, placed: bool = False) -> dae.Dae:
@@ -69,7 +73,10 @@ def _of_source(source: flat.FlatModel, blended: bool, placed: bool) -> dae.Dae:
 
 def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
     way = _way(model) if model.blended else ()
-    classified = classify(model, source)
+    parting = _parting(source)
+    if parting is not None:
+        source = parting.continuous
+    classified = classify(model, source, _clocked(parting))
     starts = _starts(model, (*classified.variables, *classified.discretes))
     classified, hanging = release_starts(model, source, classified)
     into = Lowered()
@@ -78,7 +85,14 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         from planarc.lower.algorithms import lower_algorithm, lower_initial_algorithm
     for algorithm in source.algorithms:
         lower_algorithm(model, algorithm, starts, into)
-    continuous, discrete = into.parted(model)
+    clocks: tuple[dae.Clock, ...] = ()
+    kept: tuple[dae.Variable, ...] = ()
+    if parting is not None:
+        from planarc.lower.clocks.ticks import lower_clocks
+
+        clocks, kept = lower_clocks(model, parting, into)
+    ticking = frozenset(name for c in clocks for name in c.variables)
+    continuous, discrete = into.parted(model, ticking)
     initial = lower_initial(model, source.initial_equations)
     for algorithm in source.initial_algorithms:
         initial.extend(lower_initial_algorithm(model, algorithm, starts))
@@ -91,6 +105,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
     if not placed:
         whens = tuple(into.whens)  # with those of initial equations
     values = [v.start for v in discretes] + [p.value for p in classified.parameters]
+    values += [s.start for s in model.samplers]
     start_time = _start_time(model, source.experiment.start, values)
     triggers = [v for v, _ in model.auxiliaries]
     lowered = dae.Dae(
@@ -99,7 +114,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         variables=(*classified.variables, *(v for v, _ in model.added)),
         parameters=(*way, *start_time, *_freeze(model, classified.parameters)),
         equations=(*continuous, *(e for _, e in model.added)),
-        discretes=(*discretes, *triggers),
+        discretes=(*discretes, *kept, *triggers),
         inputs=classified.inputs,
         initial_equations=() if placed else tuple(initial),
         discrete_equations=(*discrete, *(e for _, e in model.auxiliaries)),
@@ -107,6 +122,7 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         samplers=tuple(model.samplers),
         delays=tuple(model.delays),
         whens=whens,
+        clocks=clocks,
         assertions=tuple(model.assertions),
         visuals=tuple(lower_visual(model, v) for v in source.visuals),
         declared=tuple(lower_declared(model, d) for d in source.declared),
@@ -123,6 +139,20 @@ def _lower(model: Model, source: flat.FlatModel, placed: bool) -> dae.Dae:
         simplified=model.simplified,
     )
     return know_before(lowered, found)
+
+
+def _parting(source: flat.FlatModel) -> Parting | None:
+    """The clocked parts of a model that has such."""
+    if not source.clocked:
+        return None
+    from planarc.lower.clocks.parts import part
+
+    return part(source)
+
+
+def _clocked(parting: Parting | None) -> frozenset[str]:
+    parts = () if parting is None else parting.parts
+    return frozenset(name for part in parts for name in part.variables)
 
 
 def _start_places(source: flat.FlatModel) -> Iterator[tuple[str, Span]]:

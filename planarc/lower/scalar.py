@@ -25,6 +25,7 @@ from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
+from planarc.ir.flatwalk import is_clocked_sample
 from planarc.lower import builtins, texts
 from planarc.lower.operators import binary
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array
@@ -258,13 +259,17 @@ def _record(scope: Scope, e: flat.Record) -> Value:
     return RecordValue(tuple(fields))
 
 
+#: Operators between clocks and parts that pass values on as they are.
+_PASSED_ON = frozenset({"hold", "noClock", "subSample", "superSample", "shiftSample", "backSample"})
+
+
 def _builtin(scope: Scope, e: flat.Builtin) -> Value:
     match e.function:
         case "noEvent":
             return lower_expression(scope.without_events(), e.arguments[0])
         case "smooth":
             return lower_expression(scope.without_events(), e.arguments[1])
-        case "pre":
+        case "pre" | "previous":
             before = _unassigned(scope, e.arguments[0])
             return builtins.call(scope, "pre", (before,), e.span)
         case "homotopy" if not scope.model.blended:
@@ -275,6 +280,11 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
             return builtins.call(scope, e.function, pair, e.span)
         case "Enumeration":
             return _literal_at(scope, e)
+        case "sample" if is_clocked_sample(e):
+            value = lower_expression(scope.without_events(), e.arguments[0])
+            return builtins.call(scope, "sampled", (value,), e.span)
+        case function if function in _PASSED_ON:
+            return lower_expression(scope, e.arguments[0])
     arguments = tuple(lower_expression(scope, a) for a in e.arguments)
     if e.function == "String":
         value, *options = arguments

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -34,6 +34,19 @@ def _no_functions(
     scope: Scope, name: str, arguments: Sequence[Value], span: Span
 ) -> tuple[Value, ...]:
     raise AssertionError(f"the flat model does not hold the function `{name}`")
+
+
+class Ticking(Protocol):
+    """What operators of clocks ask of the clocked part that is being lowered, see `clocks`."""
+
+    def first(self) -> Expr:
+        """Whether this is the first tick."""
+
+    def interval(self) -> Expr:
+        """The time since the tick before, s."""
+
+    def derivative(self, e: Expr, span: Span) -> Expr:
+        """That of a variable of the part."""
 
 
 class UnknownCourse(PlanarcError):
@@ -110,6 +123,7 @@ class Model(Struct, dict=True):
     lefts: dict[Expr, Expr] = field(default_factory=dict)
     #: the phase of every rounded expression, see `rounding`
     phases: dict[Expr, Expr] = field(default_factory=dict)
+    ticking: Ticking | None = None
     blended: bool = False  # `homotopy` gives actual and simplified values in parts
     simplified: bool = False  # True when a simplified form was left out
     _relation_of: dict[tuple[Expr, bool], int] = field(default_factory=dict)

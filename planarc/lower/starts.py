@@ -88,7 +88,9 @@ class _Starts:
             for one, other in ((e.left, e.right), (e.right, e.left)):
                 if not one.is_symbol or one.name not in model.discretes or one.name in held:
                     continue
-                if e.assigned and table.pre(one.name) in postorder((other,)):
+                if e.clock is not None or (
+                    e.assigned and table.pre(one.name) in postorder((other,))
+                ):
                     self._kept.add(one.name)
                 else:
                     self._sides.setdefault(one.name, []).append(other)

@@ -8,6 +8,10 @@ Example: b = a and u;  a = x > 1    ->    a := x > 1;  b := a and u
 pre(x) is known at an event, so it makes no order. Variables that when-clauses set are
 known, too: no equation gives them a value, but for the algorithm that sets them itself.
 
+What ticks with a clock is given by an equation with this clock, of any form, and keeps its value
+between ticks: with `t` for the tick, `0 = y + x` at it is `y := if t then -x else pre(y)`.
+Variables of one clock that need each other are solved together, where that takes linear equations.
+
 Promises:  a loop over discrete variables, an equation that cannot be solved for a
            discrete variable, or two equations for one, are errors that name them.
 """
@@ -25,6 +29,7 @@ from planarc.ir.sorted import Assignment
 from planarc.structure.linear import Contents, coefficients, solve_affine
 from planarc.structure.matching import match_equations
 from planarc.structure.signs import Signs
+from planarc.structure.together import solve_together
 
 
 def sort_discrete(
@@ -36,9 +41,13 @@ def sort_discrete(
     names = {v.name: i for i, v in enumerate(dae.discretes)}
     contents = Contents(names.__contains__)
     sides = [(rewrite(e.left), rewrite(e.right)) for e in dae.discrete_equations]
-    held = {table.symbol(name) for name in set_by_whens(dae.whens)}
+    clocked = frozenset(name for c in dae.clocks for name in c.variables)
+    held = {table.symbol(name) for name in set_by_whens(dae.whens) | clocked}
+    beside = [{table.symbol(n) for n in names if n not in c.variables} for c in dae.clocks]
     solved = [
         _solutions(table, contents, signs, left, right, () if e.assigned else held)
+        if e.clock is None
+        else _solutions(table, contents, signs, left, right, beside[e.clock], may_divide=True)
         for e, (left, right) in zip(dae.discrete_equations, sides, strict=True)
     ]
     rows = [[names[s.name] for s in options] for options in solved]
@@ -47,8 +56,10 @@ def sort_discrete(
         raise PlanarcError(
             [_unsolvable(dae, dae.discrete_equations[e], solved[e]) for e in matching.exposed]
         )
+    targets = [table.symbol(dae.discretes[v].name) for v in matching.variable]
     values = [
-        solved[e][table.symbol(dae.discretes[v].name)] for e, v in enumerate(matching.variable)
+        _at_tick(dae, equation, target, solved[e][target])
+        for e, (equation, target) in enumerate(zip(dae.discrete_equations, targets, strict=True))
     ]
     needs = [
         [e for s in contents.ordered(value) if (e := matching.equation[names[s.name]]) >= 0]
@@ -56,14 +67,27 @@ def sort_discrete(
     ]
     steps = []
     for block in sort_blocks(needs):
-        e = block[0]
-        target = dae.discretes[matching.variable[e]].name
-        if len(block) > 1 or e in needs[e]:
-            raise PlanarcError(
-                _loop(dae, block, [dae.discretes[matching.variable[e]].name for e in block])
-            )
-        steps.append(Assignment(table.symbol(target), values[e], first + e))
+        if len(block) > 1 or block[0] in needs[block[0]]:
+            unknowns = [targets[e] for e in block]
+            together = None
+            if len({dae.discrete_equations[e].clock for e in block} - {None}) == 1:
+                ours = [sides[e] for e in block]
+                together = solve_together(table, contents, signs, ours, unknowns)
+            if together is None:
+                raise PlanarcError(_loop(dae, block, [u.name for u in unknowns]))
+            for e in block:
+                equation = dae.discrete_equations[e]
+                values[e] = _at_tick(dae, equation, targets[e], together[targets[e]])
+        steps += [Assignment(targets[e], values[e], first + e) for e in block]
     return tuple(steps)
+
+
+def _at_tick(dae: Dae, equation: Equation, target: Expr, value: Expr) -> Expr:
+    """What an equation gives a variable: where it has a clock, at its ticks."""
+    if equation.clock is None:
+        return value
+    t = dae.table
+    return t.if_(t.symbol(dae.clocks[equation.clock].tick), value, t.pre(target.name))
 
 
 def _solutions(
@@ -73,8 +97,10 @@ def _solutions(
     left: Expr,
     right: Expr,
     held: Collection[Expr],
+    may_divide: bool = False,
 ) -> dict[Expr, Expr]:
-    """The variables that an equation can give, with the values; left = right comes first."""
+    """The variables that an equation can give, with the values; left = right comes first. With
+    `may_divide` a factor may vanish for some values of parameters."""
     options = {}
     for a, b in ((left, right), (right, left)):
         if a.is_symbol and contents(a) and a not in contents(b) and a not in held:
@@ -83,7 +109,9 @@ def _solutions(
         return options
     residual = table.sub(left, right)
     for symbol, factor in sorted(coefficients(table, contents, residual).items()):
-        if factor is not None and symbol not in held and signs.never_zero(factor):
+        if factor is None or symbol in held:
+            continue
+        if signs.never_zero(factor) or may_divide:
             options[symbol] = solve_affine(table, contents, left, right, symbol, factor)
     return options
 
@@ -92,6 +120,8 @@ def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diag
     held = set_by_whens(dae.whens)
     ours = [e.name for e in symbols(equation.left, equation.right) if e.name in held]
     related: tuple[Related, ...] = ()
+    if equation.integrates:
+        return _given_besides(equation)
     if ours and not options:
         clause = next(w for w in dae.whens if ours[0] in set_by_whens((w,)))
         said = f"is one too many: a when-clause sets `{ours[0]}`"
@@ -106,9 +136,19 @@ def _unsolvable(dae: Dae, equation: Equation, options: dict[Expr, Expr]) -> Diag
         again = equation.left
         if again.is_symbol and again in symbols(equation.right):
             hint = f"write it in a `when`, with `pre({again.name})` for the value before"
+            if equation.clock is not None:
+                hint = f"write `previous({again.name})` for the value at the tick before"
     message = f"the discrete equation {equation.shown} {said}"
     code = "S314" if ours or options else "S310"
     return Diagnostic(code, message, equation.span, hint=hint, related=related)
+
+
+def _given_besides(equation: Equation) -> Diagnostic:
+    name = equation.left.name
+    message = f"`{name}` is integrated from tick to tick, and given besides"
+    hint = "planarc differentiates no equation from tick to tick: where its derivative is meant, "
+    hint += f"write `({name} - previous({name}))/interval()`"
+    return Diagnostic("S314", message, equation.span, hint=hint)
 
 
 def _loop(dae: Dae, block: list[int], names: list[str]) -> Diagnostic:
@@ -117,6 +157,6 @@ def _loop(dae: Dae, block: list[int], names: list[str]) -> Diagnostic:
         "S311",
         f"discrete variables depend on each other at one instant: {ticked(names)}",
         first.span,
-        hint="break the loop with `pre(...)`",
+        hint=f"break the loop with `{'pre' if first.clock is None else 'previous'}(...)`",
         related=tuple(Related("and in this equation", e.span) for e in others),
     )

@@ -56,8 +56,8 @@ def check_discretes(
         for v in variables
         if v.variability is flat.Variability.DISCRETE and v.type.base is not flat.Base.STRING
     }
-    if not discrete:
-        return
+    if not discrete or session.clocked:
+        return  # what ticks with a clock does not move between events, and is found later
     statements = [s for a in algorithms for s in a.statements]
     clocked = frozenset((*_set_in_whens(equations), *_set_in_whens(statements)))
     moving = _Moving(

@@ -58,8 +58,8 @@ def type_call(node: syntax.Call, env: Env, results: bool = False) -> flat.Expres
     if layout.builtin is not None and layout.builtin.literals:
         return constructors.convert_to_enumeration(node, layout.builtin, env)
     if layout.kind not in _FUNCTION_KINDS:
-        if layout.builtin is not None and layout.builtin.name == "Clock":
-            raise unsupported("clocks", "16", node.span)
+        if layout.builtin is not None and layout.builtin.base is flat.Base.CLOCK:
+            return _builtin(node, env)
         message = f"`{node.function}` is a {layout.kind.value}, not a function"
         raise error("F292", message, node.span)
     return _call_function(node, cls, env, results)

@@ -27,7 +27,7 @@ from planarc.flatten.tree.nodes import Env, Leaf
 from planarc.flatten.typing import comprehension, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
-from planarc.ir.flatwalk import names_in
+from planarc.ir.flatwalk import is_clocked_sample, names_in
 
 Statements = tuple[flat.Statement, ...]
 
@@ -264,7 +264,10 @@ def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
     typed = env.typed(expression)
     if typed.type.base is not flat.Base.BOOLEAN or len(typed.type.dims) > 1:
         message = f"the condition of `when` must be of type Boolean, but is {type_text(typed.type)}"
-        raise error("F270", message, expression.span)
+        hint = None
+        if isinstance(typed, flat.Builtin) and is_clocked_sample(typed):
+            hint = f"write `sample(0, {typed.arguments[0].span.text})` for an interval"
+        raise error("F270", message, expression.span, hint=hint)
     if typed.type.dims and not isinstance(typed, flat.Array) and None not in typed.type.dims:
         return flat.Array(typed.type, typed.span, tuple(opened(typed)))
     return typed

@@ -46,6 +46,7 @@ ATTRIBUTES = {
     flat.Base.ENUMERATION: _ORDERED,
     flat.Base.BOOLEAN: _OF_ALL,
     flat.Base.STRING: _OF_ALL,
+    flat.Base.CLOCK: (),
 }
 #: Variables that have an attribute which not all have, and those of the ordered types.
 _HOLDERS = ("only Reals", "only Reals, Integers and enumerations")

@@ -167,8 +167,6 @@ def _leaf_variability(
 def _refuse_special(builtin: flat.Type, definition: syntax.Component) -> None:
     if builtin.name == "ExternalObject":
         raise unsupported("external objects", "12.9.7", definition.span)
-    if builtin.name == "Clock":
-        raise unsupported("clocks", "16", definition.span)
 
 
 # Composites -----------------------------------------------------------------------------------

@@ -48,6 +48,7 @@ from planarc.flatten.terms.conform import (
     unify,
 )
 from planarc.flatten.tree.nodes import Env, Instance
+from planarc.flatten.typing.clocks import expect_alone, is_clock
 from planarc.flatten.typing.comprehension import turns
 from planarc.flatten.typing.references import resolve
 from planarc.flatten.values import evaluate
@@ -242,7 +243,9 @@ def count_equations(equations: Equations) -> int:
         elif isinstance(equation, flat.IfEquation):
             count += count_equations(equation.otherwise)
         elif isinstance(equation, flat.WhenEquation):
-            count += _set_at_events(equation).total()
+            condition, body = equation.branches[0]
+            clocked = is_clock(condition.type)
+            count += count_equations(body) if clocked else _set_at_events(equation).total()
     return count
 
 
@@ -297,6 +300,9 @@ def _for(node: syntax.ForEquation, env: Env) -> Equations:
 def _when(node: syntax.WhenEquation, env: Env) -> Equations:
     if env.in_when:
         raise error("F307", "when-equations cannot be nested", node.span)
+    if (clock := _clock_of(node, env)) is not None:
+        body = tuple(type_equations(node.branches[0][1], env))
+        return (flat.WhenEquation(node.span, env.component, ((clock, body),)),)
     inner = replace(env, in_when=True)
     branches = tuple(
         (when_condition(condition, env), tuple(type_equations(body, inner)))
@@ -304,6 +310,15 @@ def _when(node: syntax.WhenEquation, env: Env) -> Equations:
     )
     check_branches(branches, env)
     return (flat.WhenEquation(node.span, env.component, branches),)
+
+
+def _clock_of(node: syntax.WhenEquation, env: Env) -> flat.Expression | None:
+    """The clock of a `when`, whose equations are any that hold at its ticks (16.6)."""
+    condition = env.typed(node.branches[0][0])
+    if not is_clock(condition.type):
+        return None
+    expect_alone(condition, len(node.branches))
+    return condition
 
 
 def _connect(node: syntax.Connect, env: Env) -> Equations:

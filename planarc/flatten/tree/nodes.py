@@ -529,6 +529,7 @@ class Session:
         #: the scope of an expression that may name what is not there, of which nobody is told
         self.doubted: Scope | None = None
         self.component_count = 0
+        self.clocked = False  # operators of clocks stand in what was typed
         # known when all connections are, before equations are typed:
         self.rooting: Forest | None = None
         self.cardinalities: Counter[str] | None = None

@@ -15,7 +15,6 @@ STATE_SELECT = flat.Type(
 ASSERTION_LEVEL = flat.Type(flat.Base.ENUMERATION, (), "AssertionLevel", ("warning", "error"))
 #: an object that lives outside of Modelica (12.9.7); refused when a component is made of it
 EXTERNAL_OBJECT = flat.Type(flat.Base.RECORD, (), "ExternalObject")
-CLOCK = flat.Type(flat.Base.RECORD, (), "Clock")
 
 _TYPES = {
     "Real": flat.REAL,
@@ -25,7 +24,7 @@ _TYPES = {
     "StateSelect": STATE_SELECT,
     "AssertionLevel": ASSERTION_LEVEL,
     "ExternalObject": EXTERNAL_OBJECT,
-    "Clock": CLOCK,
+    "Clock": flat.CLOCK,
 }
 NAMES = tuple(_TYPES)
 

@@ -20,7 +20,7 @@ from planarc.core.source import Span
 from planarc.flatten.terms.conform import NUMERIC, expect, unify
 from planarc.flatten.terms.select import array, boolean, integer, opened
 from planarc.flatten.tree.nodes import Env, is_overloaded
-from planarc.flatten.typing import arrays
+from planarc.flatten.typing import arrays, clocks
 from planarc.flatten.typing.arrays import MANY, Arguments, wrong_argument
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat
@@ -168,14 +168,16 @@ def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.
 
 
 def _sample(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
-    if len(arguments) == 1:
-        message = "planarc does not support clocks (Modelica specification, section 16)"
-        plain = variability_of(arguments[0], env.session) <= flat.Variability.PARAMETER
-        hint = f"write `sample(0, {arguments[0].span.text})` for an interval" if plain else None
-        raise error("F299", message, span, hint=hint)
+    if len(arguments) == 1 or clocks.is_clock(arguments[1].type):
+        return clocks.sampled(name, arguments, span, env)
     for argument in arguments:
         if not _scalar(argument.type):
             raise wrong_argument(name, argument)
+    start, interval = arguments
+    if variability_of(start, env.session, env.hidden) is flat.Variability.CONTINUOUS:
+        message = f"`sample` begins at an instant: `{start.span.text}` moves"
+        hint = f"`sample({start.span.text}, Clock({interval.span.text}))` takes its values"
+        raise error("F291", message, start.span, hint=hint)
     return flat.Builtin(flat.BOOLEAN, span, name, tuple(arguments))
 
 
@@ -252,7 +254,7 @@ RULES: dict[str, Rule] = {
     "delay": Rule(2, 3, lambda a: flat.REAL, _scalar),
     "initial": Rule(0, 0, lambda a: flat.BOOLEAN),
     "terminal": Rule(0, 0, lambda a: flat.BOOLEAN),
-    "sample": Rule(1, 2, make=_sample),
+    "sample": Rule(1, 2, make=_sample, names=("start", "u", "interval", "clock")),
     "Integer": Rule(
         1,
         1,
@@ -263,15 +265,17 @@ RULES: dict[str, Rule] = {
     "getInstanceName": Rule(0, 0, make=_instance_name),
     "size": Rule(1, 2, make=lambda name, a, span, env: arrays.size(a, span, env)),
     **{name: Rule(least, most, make=f) for name, (least, most, f) in arrays.BUILDERS.items()},
+    **{
+        name: Rule(least, most, make=f, names=names)
+        for name, (least, most, f, names) in clocks.CLOCKS.items()
+    },
 }
 
 #: operators of the language that planarc refuses by name, with the section
-_CLOCKS = ("previous", "hold", "subSample", "superSample", "shiftSample", "backSample")
 _MACHINES = ("transition", "initialState", "activeState", "ticksInState", "timeInState")
 REFUSED = {
     **dict.fromkeys(("inStream", "actualStream"), ("stream connectors", "15")),
     "spatialDistribution": ("`spatialDistribution`", "3.7.4.2"),
-    **dict.fromkeys((*_CLOCKS, "noClock", "interval", "Clock", "firstTick"), ("clocks", "16")),
     **dict.fromkeys(_MACHINES, ("state machines", "17")),
     "promote": ("`promote`", "10.3.5"),
 }
@@ -279,6 +283,7 @@ REFUSED = {
 #: built-ins that functions cannot use (specification 12.2)
 OF_MODELS = frozenset(
     {"der", "initial", "terminal", "sample", "pre", "edge", "change", "delay", "cardinality"}
+    | clocks.CLOCKS.keys()
 )
 
 _ELEMENTARY = {

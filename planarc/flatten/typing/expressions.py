@@ -21,7 +21,7 @@ from planarc.flatten.refusal import OutOfRange, for_each
 from planarc.flatten.terms.conform import type_text, unify
 from planarc.flatten.terms.constant import Value
 from planarc.flatten.tree.nodes import Env, is_overloaded
-from planarc.flatten.typing import arrays, comprehension, operators, references
+from planarc.flatten.typing import arrays, clocks, comprehension, operators, references
 from planarc.flatten.values import evaluate
 from planarc.ir import flat, syntax
 
@@ -101,6 +101,8 @@ def _if(node: syntax.If, env: Env) -> flat.Expression:
             types = f"{type_text(branch.type)} and {type_text(type_)}"
             raise error("F271", f"the branches of `if` have different types: {types}", branch.span)
         type_ = common
+    if clocks.is_clock(type_):
+        return [*values, otherwise][clocks.branch_of(conditions, what, env)]
     return flat.If(type_, node.span, tuple(zip(conditions, values, strict=True)), otherwise)
 
 

@@ -55,7 +55,10 @@ _PLAIN = (*NUMBER, 0.0)
 _FACTORS = {"m": "a length", "s": "a time or a `der`", "kg": "a mass", "m/s2": "gravity"}
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
-_KEEP = frozenset({"pre", "noEvent", "sum", "delay", "transpose", "fill"})
+_KEEP = frozenset(
+    {"pre", "noEvent", "sum", "delay", "transpose", "fill", "previous", "hold", "noClock"}
+    | {"subSample", "superSample", "shiftSample", "backSample"}
+)
 
 
 class _Given(Data):
@@ -244,8 +247,10 @@ class Checker(Struct):
             second = measure("s")
             assert second is not None
             return None if values[0] is None else unit.divide(values[0], second)
-        if name in _KEEP:
+        if name in _KEEP or (name == "sample" and e.type.base is flat.Base.REAL):
             return values[0]
+        if name == "interval":
+            return measure("s")
         if name == "cat":
             return values[-1]
         if name == "smooth":

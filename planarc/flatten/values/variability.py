@@ -16,9 +16,12 @@ _DISCRETE = flat.Variability.DISCRETE
 _CONTINUOUS = flat.Variability.CONTINUOUS
 
 #: results that change at events, whatever their arguments
-_FLAGS = frozenset({"initial", "terminal", "sample"})
+_FLAGS = frozenset({"initial", "terminal", "sample", "interval", "firstTick", "Clock"})
 #: results that change at events only, in `noEvent` as well
-_HELD = frozenset({"pre", "edge", "change", "hold"})
+_HELD = frozenset(
+    {"pre", "edge", "change", "hold", "previous", "noClock"}
+    | {"subSample", "superSample", "shiftSample", "backSample"}
+)
 #: results that no argument moves between events
 STILL = _FLAGS | _HELD | {"size", "ndims"}
 

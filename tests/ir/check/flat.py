@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from planarc.core.data import Data
 from planarc.ir import flat
-from planarc.ir.flatwalk import children, expressions_in, expressions_of_variable
+from planarc.ir.flatwalk import children, expressions_in, expressions_of_variable, is_clock
 
 _NUMERIC = (flat.Base.REAL, flat.Base.INTEGER)
 _LITERALS: Mapping[flat.Base, type | tuple[type, ...]] = {
@@ -165,7 +165,8 @@ def _of_item(item: flat.Equation | flat.Statement) -> Iterator[str]:
                 yield "what is assigned is no variable"
         case flat.WhileStatement(condition=condition) | flat.Assert(condition=condition):
             conditions.append(condition)
-    if not all(map(_is_truth, conditions)):
+    clocked = isinstance(item, flat.WhenEquation) and is_clock(conditions[0])
+    if not clocked and not all(map(_is_truth, conditions)):
         yield "a condition is not Boolean"
 
 

@@ -1,0 +1,373 @@
+"""Parts of a model that tick together.
+
+In:   FlatModel
+Out:  Parting: the continuous rest as a FlatModel, and parts, each with equations and variables
+
+What stands in one equation ticks together, but across an operator that changes from one clock to
+another. A part is clocked where an operator of clocks says so; what `sample` reads is continuous.
+
+Example:
+
+    der(x) = u;  u = hold(v);                       continuous: x, u
+    y = sample(x, Clock(0.1));  v = -2*y;           part 1: y, v
+    s = subSample(v, 5);                            part 2: s, at every fifth tick of part 1
+
+Reference: Modelica Language Specification 3.6, section 16.7.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from planarc.core.data import Data
+from planarc.core.diagnostic import PlanarcError, Related, error
+from planarc.core.disjoint import DisjointSets
+from planarc.core.source import Span
+from planarc.ir import flat
+from planarc.ir.flatwalk import children, expressions_in, inside, is_clock, is_clocked_sample
+from planarc.lower.values import fixed_dims, scalar_names
+
+#: The set of what is continuous.
+_CONTINUOUS = "$continuous"
+_CONVERSIONS = frozenset({"subSample", "superSample", "shiftSample", "backSample"})
+_OF_TICKS = frozenset({"interval", "firstTick", "previous"})
+
+
+class Conversion(Data):
+    """A clock that follows from another one: `operator` and its whole numbers; none where a factor
+    is to be found."""
+
+    operator: str  # "" where both tick together
+    numbers: tuple[int, ...]
+    source: int  # parts
+    target: int
+    span: Span
+
+
+class Part(Data):
+    """What ticks together. `clocks` are those that are given for it, `method` integrates its
+    derivatives."""
+
+    equations: tuple[flat.Equation, ...]
+    algorithms: tuple[flat.Algorithm, ...]
+    variables: frozenset[str]  # scalars
+    clocks: tuple[flat.Builtin, ...]
+    span: Span  # of what says that it is clocked
+    method: str = ""
+
+
+class Parting(Data):
+    continuous: flat.FlatModel
+    parts: tuple[Part, ...]
+    conversions: tuple[Conversion, ...]
+
+
+def part(source: flat.FlatModel) -> Parting:
+    """The clocked parts of a model. Raises PlanarcError (L370, L371)."""
+    reader = _Reader(source)
+    reader.read_model()
+    return reader.parting()
+
+
+class _Reader(Struct):
+    """Joins names and equations that tick together. Equations have names of their own, `$1`."""
+
+    source: flat.FlatModel
+    sets: DisjointSets[str] = field(default_factory=lambda: DisjointSets([_CONTINUOUS]))
+    unknown: dict[str, flat.Variable] = field(default_factory=dict)
+    clocked: dict[str, Span] = field(default_factory=dict)  # what says so
+    clocks: list[tuple[str, flat.Builtin]] = field(default_factory=list)
+    methods: list[tuple[str, str, Span]] = field(default_factory=list)
+    conversions: list[tuple[str, tuple[int, ...], str, str, Span]] = field(default_factory=list)
+    rates: list[tuple[str, Span]] = field(default_factory=list)  # derivatives
+    befores: list[tuple[str, flat.Builtin]] = field(default_factory=list)  # `pre` and the like
+    equations: list[tuple[str, flat.Equation | flat.Algorithm]] = field(default_factory=list)
+    bound: dict[str, str] = field(default_factory=dict)  # variables with a binding
+    joins: list[tuple[str, str, Span]] = field(default_factory=list)
+    count: int = 0
+
+    def read_model(self) -> None:
+        varying = (v for v in self.source.variables if v.variability > flat.Variability.PARAMETER)
+        self.unknown = {v.name: v for v in varying if v.causality != "input" or v.binding}
+        for v in self.unknown.values():
+            if v.type.base is flat.Base.CLOCK:
+                for name in scalar_names(v.name, fixed_dims(v.type)):
+                    self._mark(name, v.span)
+            if v.binding is not None:
+                own = flat.Reference(v.type, v.span, v.name)
+                equation = flat.Equality(v.binding.span, v.component, own, v.binding)
+                self.bound[v.name] = self._read_equation(equation)
+        for e in self.source.equations:
+            if not isinstance(e, flat.Assert):
+                self._read_equation(e)
+        for algorithm in self.source.algorithms:
+            node = self._new(algorithm)
+            for value in expressions_in(algorithm.statements):
+                self.read(value, node)
+
+    def _new(self, item: flat.Equation | flat.Algorithm | None = None) -> str:
+        self.count += 1
+        node = f"${self.count}"
+        self.sets.add(node)
+        if item is not None:
+            self.equations.append((node, item))
+        return node
+
+    def _join(self, a: str, b: str, span: Span) -> None:
+        self.sets.join(a, b)
+        self.joins.append((a, b, span))
+
+    def _scalars(self, e: flat.Reference) -> Sequence[str]:
+        """The scalars that a reference may mean."""
+        v, indices = self.unknown[e.name], [s for s in e.subscripts if isinstance(s, flat.Literal)]
+        if indices and len(indices) == len(v.type.dims):
+            return (f"{v.name}[{','.join(str(s.value) for s in indices)}]",)
+        return scalar_names(v.name, fixed_dims(v.type))
+
+    def _mark(self, node: str, span: Span) -> None:
+        self.sets.add(node)
+        self.clocked.setdefault(node, span)
+
+    def _read_equation(self, e: flat.Equation) -> str:
+        node = self._new(e)
+        match e:
+            case flat.Equality(left=flat.Reference() as left) if is_clock(left):
+                self._read_clock(left, node)
+                self._read_clock(e.right, node)
+            case flat.WhenEquation(branches=((condition, body),)) if is_clock(condition):
+                self._read_clock(condition, node)
+                self._mark(node, condition.span)
+                for value in expressions_in(body):
+                    self.read(value, node)
+            case _:
+                for value in expressions_in((e,)):
+                    self.read(value, node)
+        return node
+
+    def read(self, root: flat.Expression, node: str) -> None:
+        """Join what stands in an expression with the equation that it stands in."""
+        stack = [root]
+        while stack:
+            e = stack.pop()
+            match e:
+                case flat.Reference(name=name) if name in self.unknown:
+                    for scalar in self._scalars(e):
+                        self._join(node, scalar, e.span)
+                    stack += e.subscripts
+                case flat.Builtin() if is_clocked_sample(e):
+                    self._mark(node, e.span)
+                    self.read(e.arguments[0], _CONTINUOUS)
+                    for clock in e.arguments[1:]:
+                        self._read_clock(clock, node)
+                case flat.Builtin(function="hold" | "noClock"):
+                    inner = self._new()
+                    self.read(e.arguments[0], inner)
+                    self._mark(inner, e.span)
+                case flat.Builtin(function=function) if function in _CONVERSIONS:
+                    self._convert(e, node)
+                case flat.Builtin(function=function) if function in _OF_TICKS:
+                    self._mark(node, e.span)
+                    for a in e.arguments:
+                        if is_clock(a):
+                            self._read_clock(a, node)
+                        else:
+                            stack.append(a)
+                case flat.Builtin(function="der"):
+                    self.rates.append((node, e.span))
+                    stack += e.arguments
+                case flat.Builtin(function="pre" | "edge" | "change"):
+                    self.befores.append((node, e))
+                    stack += e.arguments
+                case _:
+                    stack += children(e)
+
+    def _read_clock(self, e: flat.Expression, node: str) -> None:
+        """Join what an expression of type `Clock` says with what ticks by it."""
+        self._mark(node, e.span)
+        match e:
+            case flat.Reference():
+                for scalar in self._scalars(e):
+                    self._join(node, scalar, e.span)
+            case flat.Builtin(function="Clock", arguments=()):
+                pass
+            case flat.Builtin(function="Clock", arguments=(first, flat.Literal(value=str(method)))):
+                inner = self._new()
+                self._read_clock(first, inner)
+                self.conversions.append(("", (), inner, node, e.span))
+                self.methods.append((node, method, e.span))
+            case flat.Builtin(function="Clock", arguments=(first, *_)):
+                self.clocks.append((node, e))
+                if first.type.base is flat.Base.BOOLEAN:
+                    self.read(first, _CONTINUOUS)
+            case flat.Builtin(function=function) if function in _CONVERSIONS:
+                self._convert(e, node)
+
+    def _convert(self, e: flat.Builtin, node: str) -> None:
+        value, *numbers = e.arguments
+        inner = self._new()
+        if is_clock(value):
+            self._read_clock(value, inner)
+        else:
+            self.read(value, inner)
+        self._mark(node, e.span)
+        self._mark(inner, e.span)
+        known = tuple(int(n.value) for n in numbers if isinstance(n, flat.Literal))
+        self.conversions.append((e.function, known, inner, node, e.span))
+
+    # What was found ------------------------------------------------------------------------
+
+    def parting(self) -> Parting:
+        roots: dict[str, Span] = {}
+        for name, span in self.clocked.items():
+            roots.setdefault(self.sets.find(name), span)
+        if self.sets.find(_CONTINUOUS) in roots:
+            raise self._both()
+        number = {root: i for i, root in enumerate(roots)}
+        methods = {self.sets.find(node): (method, span) for node, method, span in self.methods}
+        for node, span in self.rates:
+            root = self.sets.find(node)
+            if root in number and root not in methods:
+                raise self._differentiated(node, span)
+        for node, e in self.befores:
+            if self.sets.find(node) in number:
+                raise _of_events(e)
+        parts = tuple(self._part(root, span, methods) for root, span in roots.items())
+        conversions = tuple(
+            Conversion(name, numbers, number[self.sets.find(a)], number[self.sets.find(b)], span)
+            for name, numbers, a, b, span in self.conversions
+        )
+        return Parting(self._continuous(roots), parts, conversions)
+
+    def _part(self, root: str, span: Span, methods: dict[str, tuple[str, Span]]) -> Part:
+        own = [e for node, e in self.equations if self.sets.find(node) == root]
+        values = (v for v in self.unknown.values() if v.type.base is not flat.Base.CLOCK)
+        names = [n for v in values for n in scalar_names(v.name, fixed_dims(v.type))]
+        return Part(
+            tuple(e for e in own if not isinstance(e, flat.Algorithm) and not _is_of_clock(e)),
+            tuple(e for e in own if isinstance(e, flat.Algorithm)),
+            frozenset(n for n in names if n in self.sets and self.sets.find(n) == root),
+            tuple(clock for node, clock in self.clocks if self.sets.find(node) == root),
+            span,
+            methods.get(root, ("", span))[0],
+        )
+
+    def _continuous(self, roots: Iterable[str]) -> flat.FlatModel:
+        """The model without the equations of clocked parts, and without clocks."""
+        clocked = set(roots)
+        ours = {id(e) for node, e in self.equations if self.sets.find(node) in clocked}
+        bound = {n for n, node in self.bound.items() if self.sets.find(node) in clocked}
+        model = self.source
+        return replace(
+            model,
+            variables=tuple(
+                replace(v, binding=None) if v.name in bound else v
+                for v in model.variables
+                if v.type.base is not flat.Base.CLOCK
+            ),
+            equations=tuple(e for e in model.equations if id(e) not in ours),
+            algorithms=tuple(a for a in model.algorithms if id(a) not in ours),
+        )
+
+    def _both(self) -> PlanarcError:
+        """What is read by `sample`, and ticks itself: the way from one to the other."""
+        reached = [n for n in self.clocked if self.sets.find(n) == self.sets.find(_CONTINUOUS)]
+        way = self._way(_CONTINUOUS, reached)
+        return error(
+            "L370",
+            f"`{way[0].text}` is sampled like what is continuous, and hangs on what ticks",
+            way[0],
+            hint="write `hold(...)` where a clocked value enters the continuous part",
+            related=_told(way[0], way[1:]),
+        )
+
+    def _differentiated(self, node: str, span: Span) -> PlanarcError:
+        root = self.sets.find(node)
+        way = self._way(node, [n for n in self.clocked if self.sets.find(n) == root])
+        return error(
+            "L371",
+            f"`{span.text}` is a derivative, and hangs on what ticks with a clock",
+            span,
+            hint="write `hold(...)` where a clocked value enters the continuous part, or give the "
+            'clock a method that integrates: `Clock(c, "ImplicitEuler")`',
+            related=_told(span, way),
+        )
+
+    def _way(self, start: str, ends: list[str]) -> list[Span]:
+        """The places of a shortest way of joins to what is clocked, and that of its mark."""
+        near: dict[str, list[tuple[str, Span]]] = {}
+        for a, b, span in self.joins:
+            near.setdefault(a, []).append((b, span))
+            near.setdefault(b, []).append((a, span))
+        before: dict[str, tuple[str, Span] | None] = {start: None}
+        todo = deque([start])
+        while todo and todo[0] not in ends:
+            at = todo.popleft()
+            for other, span in near.get(at, ()):
+                if other not in before:
+                    before[other] = at, span
+                    todo.append(other)
+        end = todo[0] if todo else ends[0]
+        return [*_back(before, end), self.clocked[end]]
+
+
+def _told(at: Span, way: list[Span]) -> list[Related]:
+    """What ticks at the end of a way, and the lines between."""
+    lines = {(s.source.name, s.line): s for s in reversed(way[:-1])}
+    for end in (at, way[-1]):
+        lines.pop((end.source.name, end.line), None)
+    middle = [Related("by way of this", s) for s in reversed(lines.values())]
+    return [Related("this ticks", way[-1]), *middle]
+
+
+def _of_events(e: flat.Builtin) -> PlanarcError:
+    """What asks for the value before an event, where there are ticks (16.4)."""
+    variable = e.arguments[0].span.text
+    instead = {
+        "pre": f"previous({variable})",
+        "edge": f"{variable} and not previous({variable})",
+        "change": f"{variable} <> previous({variable})",
+    }
+    message = f"`{e.function}` asks for the value before an event, and stands in a clocked part"
+    return error("L372", message, e.span, hint=f"write `{instead[e.function]}`")
+
+
+def _back(before: dict[str, tuple[str, Span] | None], end: str) -> list[Span]:
+    found: list[Span] = []
+    step = before.get(end)
+    while step is not None:
+        found.append(step[1])
+        step = before[step[0]]
+    return found[::-1]
+
+
+def _is_of_clock(e: flat.Equation) -> bool:
+    """Whether an equation gives a clock, and no value."""
+    return (
+        isinstance(e, flat.Equality) and not isinstance(e.left, flat.Targets) and is_clock(e.left)
+    )
+
+
+def equations_of(part: Part) -> Iterator[flat.Equation]:
+    """The equations of a part, those of its when-clauses too."""
+    for e in part.equations:
+        if isinstance(e, flat.WhenEquation) and is_clock(e.branches[0][0]):
+            yield from e.branches[0][1]
+        else:
+            yield e
+
+
+def refuse_whens(part: Part) -> None:
+    """Refuse what happens at events of another kind inside of a clocked part (16.6)."""
+    for e in inside(equations_of(part)):
+        if isinstance(e, flat.WhenEquation | flat.Reinit | flat.Impact):
+            raise error(
+                "L372",
+                "this hangs on what ticks with a clock, and waits for another event",
+                e.span,
+                hint="use `hold(...)` in it for values of a clocked part, or let a clock tick at "
+                "the event: `when Clock(condition) then`",
+            )
