@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import planarc
 from tests.stdlib.small import BEGINNINGS
@@ -228,3 +229,31 @@ def test_the_chain_runs_over_the_peg_as_a_limp_one_and_falls_freely() -> None:
     free = r["time"] > 0.666
     gain = np.diff(momentum[free]) / np.diff(r["time"][free])
     np.testing.assert_allclose(gain, -number * mass * g, rtol=1e-4)
+
+
+@both_backends
+def test_the_pendulum_is_balanced_as_its_equations_and_its_program_say(backend: str) -> None:
+    """Lagrange's equations of cart and pole, integrated from tick to tick, and the computer's
+    program as a loop."""
+    m, mass, length, inertia, g, interval = 0.2, 1.2, 0.3, 0.006 + 0.2 * 0.3**2, 9.81, 0.02
+
+    def rates(_: float, x: np.ndarray, force: float) -> list[float]:
+        sin, cos = np.sin(x[1]), np.cos(x[1])
+        a = [[mass, -m * length * cos], [-m * length * cos, inertia]]
+        b = [force - m * length * x[3] ** 2 * sin, m * g * length * sin]
+        return [x[2], x[3], *np.linalg.solve(a, b)]
+
+    model = planarc.load(EXAMPLES / "balanced_pendulum.pmo", backend=backend)
+    r = model.simulate(8, tolerance=1e-11)
+    gains, goal = np.array([-3.8, 40, -5.1, 7.9]), 0.0
+    x, before = np.array([0, 1.45 - np.pi / 2, 0, 0]), np.zeros(2)
+    for tick in range(400):
+        if tick % 25 == 0:
+            goal = 0.0 if tick * interval < 5 else 0.5
+        speeds = (x[:2] - before) / interval if tick else np.zeros(2)
+        before = x[:2]
+        force = -gains @ [x[0] - goal, x[1], *speeds]
+        shown = [r.at(n, (tick + 0.5) * interval) for n in ("place", "tilt", "push")]
+        np.testing.assert_allclose(shown, [*before, force], atol=1e-6)
+        x = solve_ivp(rates, (0, interval), x, args=(force,), rtol=1e-10, atol=1e-12).y[:, -1]
+    assert x[0] == pytest.approx(0.5, abs=0.01)

@@ -298,10 +298,10 @@ def _for(node: syntax.ForEquation, env: Env) -> Equations:
 
 
 def _when(node: syntax.WhenEquation, env: Env) -> Equations:
-    if env.in_when:
+    if env.in_when or env.at_tick:
         raise error("F307", "when-equations cannot be nested", node.span)
     if (clock := _clock_of(node, env)) is not None:
-        body = tuple(type_equations(node.branches[0][1], env))
+        body = tuple(type_equations(node.branches[0][1], replace(env, at_tick=True)))
         return (flat.WhenEquation(node.span, env.component, ((clock, body),)),)
     inner = replace(env, in_when=True)
     branches = tuple(
@@ -323,7 +323,7 @@ def _clock_of(node: syntax.WhenEquation, env: Env) -> flat.Expression | None:
 
 def _connect(node: syntax.Connect, env: Env) -> Equations:
     """Connections were collected before (`joining`)."""
-    if env.in_when:
+    if env.in_when or env.at_tick:
         raise error("F306", "`connect` cannot stand in a when-equation", node.span)
     return ()
 
@@ -336,6 +336,10 @@ def _call(node: syntax.CallEquation, env: Env) -> Equations:
     if names == ("terminate",):
         return type_terminate(call, env)
     if names == ("reinit",):
+        if env.at_tick:
+            message = "`reinit` acts at events, and this is a tick of a clock"
+            hint = "write `when sample(0, ...) then`, or let the state itself tick"
+            raise error("F304", message, node.span, hint=hint)
         if not env.in_when:
             hint = "write `when ... then` around it: it acts at the instant when that becomes true"
             before = node.span.source.text[: node.span.start]

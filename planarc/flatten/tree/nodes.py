@@ -396,6 +396,7 @@ class Env(Data):
     #: true in the body of a loop that `break` can leave
     in_loop: bool = False
     in_when: bool = False
+    at_tick: bool = False  # in a `when` of a clock
     #: true where a member of an array of components may be chosen while the model runs
     picks: bool = False
 
