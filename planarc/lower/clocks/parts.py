@@ -232,10 +232,12 @@ class _Reader(Struct):
             root = self.sets.find(node)
             if root in number and root not in methods:
                 raise self._differentiated(node, span)
+        parts = tuple(self._part(root, span, methods) for root, span in roots.items())
+        for one in parts:
+            _refuse_events(one)
         for node, e in self.befores:
             if self.sets.find(node) in number:
                 raise _of_events(e)
-        parts = tuple(self._part(root, span, methods) for root, span in roots.items())
         conversions = tuple(
             Conversion(name, numbers, number[self.sets.find(a)], number[self.sets.find(b)], span)
             for name, numbers, a, b, span in self.conversions
@@ -360,7 +362,7 @@ def equations_of(part: Part) -> Iterator[flat.Equation]:
             yield e
 
 
-def refuse_whens(part: Part) -> None:
+def _refuse_events(part: Part) -> None:
     """Refuse what happens at events of another kind inside of a clocked part (16.6)."""
     for e in inside(equations_of(part)):
         if isinstance(e, flat.WhenEquation | flat.Reinit | flat.Impact):
@@ -368,6 +370,6 @@ def refuse_whens(part: Part) -> None:
                 "L372",
                 "this hangs on what ticks with a clock, and waits for another event",
                 e.span,
-                hint="use `hold(...)` in it for values of a clocked part, or let a clock tick at "
-                "the event: `when Clock(condition) then`",
+                hint="write `hold(...)` in it for values that tick, `sample(...)` where what ticks "
+                "reads what is set here, or let a clock tick: `when Clock(condition) then`",
             )

@@ -28,7 +28,7 @@ from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
 from planarc.lower import rounding
 from planarc.lower.algorithms import run_at_event
-from planarc.lower.clocks.parts import Part, Parting, equations_of, refuse_whens
+from planarc.lower.clocks.parts import Part, Parting, equations_of
 from planarc.lower.clocks.rates import Base, Rate, find_rates, is_event, ratio
 from planarc.lower.equations import Lowered, fires, named_truth, scalar_pairs
 from planarc.lower.scalar import assertion, lower_expression, message
@@ -116,7 +116,6 @@ def lower_clocks(
     clocks: list[dae.Clock] = []
     added: list[dae.Variable] = []
     for i, (part, rate) in enumerate(zip(parting.parts, rates, strict=True)):
-        refuse_whens(part)
         ticking = _Ticking(
             model, part, i, rate, pulses[rate.base], _tick(model, part, i, rate, pulses)
         )
