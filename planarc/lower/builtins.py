@@ -13,7 +13,7 @@ from planarc.lower import delays, rounding, texts
 from planarc.lower.lefts import left_limit, left_limits
 from planarc.lower.operators import relation
 from planarc.lower.scope import Scope, Ticking, UnknownCourse, unsupported
-from planarc.lower.values import Text, Value, expect_alike, expr, exprs, misfit_of
+from planarc.lower.values import RecordValue, Text, Value, expect_alike, expr, exprs, misfit_of
 from planarc.runtime import elementary, tensor
 from planarc.runtime.tensor import TooLarge, each, product, shape_of, stack
 
@@ -103,7 +103,13 @@ def _sample(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
 
 def _sampled(scope: Scope, a: tuple[Value, ...], span: Span) -> Value:
     """Left limits of what moves, as a clock finds them."""
-    return each(lambda e: left_limits(scope.model, e, span), a[0])
+
+    def before(e: Value) -> Value:
+        if isinstance(e, RecordValue):
+            return RecordValue(tuple((name, each(before, v)) for name, v in e.fields))
+        return left_limits(scope.model, expr(e), span)
+
+    return each(before, a[0])
 
 
 def _interval(scope: Scope, _a: tuple[Value, ...], span: Span) -> Value:

@@ -281,7 +281,8 @@ def _builtin(scope: Scope, e: flat.Builtin) -> Value:
         case "Enumeration":
             return _literal_at(scope, e)
         case "sample" if is_clocked_sample(e):
-            value = lower_expression(scope.without_events(), e.arguments[0])
+            with scope.model.between_ticks():
+                value = lower_expression(scope.without_events(), e.arguments[0])
             return builtins.call(scope, "sampled", (value,), e.span)
         case function if function in _PASSED_ON:
             return lower_expression(scope, e.arguments[0])

@@ -178,6 +178,15 @@ class Model(Struct, dict=True):
         if self.impure_calls > calls:
             raise unsupported("a loop that calls a function that is not pure", span)
 
+    @contextmanager
+    def between_ticks(self) -> Iterator[None]:
+        """A block about what is continuous, in a part that ticks."""
+        ticking, self.ticking = self.ticking, None
+        try:
+            yield
+        finally:
+            self.ticking = ticking
+
     def forget_bounds(self, count: int) -> None:
         """Drop those of subscripts among the assertions after the first `count`."""
         bounds = set(self.bounds)

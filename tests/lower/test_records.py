@@ -167,3 +167,26 @@ def test_a_record_set_as_a_whole_at_an_event_is_held_until_the_next_one(tmp_path
 def test_a_record_is_given_once_in_a_branch(field: str, tmp_path: Path) -> None:
     with pytest.raises(planarc.PlanarcError, match=r"given twice in one branch of a when"):
         run(tmp_path, f"R r; equation when time > 0.3 then r = R(1, 2); {field} end when;")
+
+
+def test_pre_of_a_record_is_that_of_its_fields() -> None:
+    text = """
+model M
+  record R
+    Real a(start=1);
+    Integer n(start=2);
+  end R;
+  R r[2], s;
+equation
+  when sample(0.25, 0.25) then
+    r[1] = R(pre(s.a) + 1, pre(s.n));
+    r[2] = pre(r[1]);
+    s = pre(r[2]);
+  end when;
+end M;
+"""
+    found = planarc.load(text).simulate(1.1)
+    one, two, three = 1.0, 1.0, 1.0
+    for _ in range(4):
+        one, two, three = three + 1, one, two
+    assert [found[n][-1] for n in ("r[1].a", "r[2].a", "s.a", "s.n")] == [one, two, three, 2]

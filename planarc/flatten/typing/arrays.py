@@ -14,6 +14,8 @@ from collections.abc import Callable
 from math import prod
 from typing import Any
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
 from planarc.core.diagnostic import PlanarcError, error
 from planarc.core.source import Span
@@ -48,6 +50,18 @@ def wrong_argument(name: str, value: flat.Expression) -> PlanarcError:
         hint = _of_complex(name, value.span.text)
     message = f"`{name}` cannot be applied to {type_text(value.type)}"
     return error("F291", message, value.span, hint=hint)
+
+
+def by_fields(
+    value: flat.Expression, make: Callable[[flat.Expression], flat.Expression]
+) -> flat.Expression | None:
+    """What is made of each field of a record, or of an array of such; None of what is neither."""
+    if value.type.base is not flat.Base.RECORD or not isinstance(value, flat.Record | flat.Array):
+        return None
+    items = tuple(
+        made if (made := by_fields(i, make)) is not None else make(i) for i in value.items
+    )
+    return replace(value, items=items)
 
 
 def _of_complex(name: str, written: str) -> str | None:

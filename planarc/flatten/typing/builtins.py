@@ -158,6 +158,12 @@ def _refuse_steps(value: flat.Reference, env: Env) -> None:
         raise error("F291", message, value.span, hint=hint)
 
 
+def _pre(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
+    """The value before the event, of a record that of each field."""
+    parts = arrays.by_fields(arguments[0], lambda part: _of_variable(name, [part], span, env))
+    return _of_variable(name, arguments, span, env) if parts is None else parts
+
+
 def _of_variable(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Expression:
     if not isinstance(arguments[0], flat.Reference | flat.Array):
         hint = f"give the expression a variable of its own: `b = ...`, and write `{name}(b)`"
@@ -244,7 +250,7 @@ RULES: dict[str, Rule] = {
     "sum": Rule(1, 1, make=_total),
     "product": Rule(1, 1, make=_total),
     "der": Rule(1, 1, takes=_number, make=_der),
-    "pre": Rule(1, 1, make=_of_variable),
+    "pre": Rule(1, 1, make=_pre),
     "edge": Rule(1, 1, make=_of_variable),
     "change": Rule(1, 1, make=_of_variable),
     "noEvent": Rule(1, 1, lambda a: a[0].type),

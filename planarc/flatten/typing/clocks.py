@@ -20,7 +20,7 @@ from planarc.core.source import Span
 from planarc.flatten.terms.conform import expect_scalar, type_text
 from planarc.flatten.terms.select import integer, real, string
 from planarc.flatten.tree.nodes import Env
-from planarc.flatten.typing.arrays import Arguments, wrong_argument
+from planarc.flatten.typing.arrays import Arguments, by_fields, wrong_argument
 from planarc.flatten.values import evaluate
 from planarc.flatten.values.variability import variability_of
 from planarc.ir import flat
@@ -160,6 +160,9 @@ def _previous(name: str, arguments: Arguments, span: Span, env: Env) -> flat.Exp
     (value,) = arguments
     if is_clock(value.type):
         raise wrong_argument(name, value)
+    parts = by_fields(value, lambda part: _previous(name, [part], span, env))
+    if parts is not None:
+        return parts
     if not isinstance(value, flat.Reference):
         hint = "give the expression a variable of its own: `b = ...`, and write `previous(b)`"
         raise error("F291", "`previous` takes a variable, not an expression", span, hint=hint)

@@ -389,3 +389,40 @@ equation
 """
     )
     assert values_of(found, "y") == pytest.approx([0, 0.25, 0.25, 0.25, 0.25], abs=1e-9)
+
+
+def test_records_tick_field_by_field() -> None:
+    found = run(
+        """
+  record R
+    Real a;
+    Real b[2];
+  end R;
+  function pair
+    input Real x;
+    output R r = R(x, {2*x, 3*x});
+  algorithm
+  end pair;
+  R r(a(start=1), b(each start=2)), s;
+  Complex z(re(start=1), im(start=0));
+equation
+  when Clock(0.25) then
+    r = R(previous(r.a) + 1, 2*previous(r.b));
+    z = previous(z)*Complex(0, 1);
+    s = sample(pair(time));
+  end when;
+"""
+    )
+    assert values_of(found, "r.a") == [2, 3, 4, 5, 6]
+    assert values_of(found, "r.b[2]") == [4, 8, 16, 32, 64]
+    assert values_of(found, "z.im") == [1, 0, -1, 0, 1]
+    assert values_of(found, "s.b[2]") == pytest.approx([0, 0.75, 1.5, 2.25, 3])
+
+
+def test_a_derivative_of_the_plant_may_be_sampled() -> None:
+    found = run(
+        "Real x(start=1, fixed=true), y; equation der(x) = -x; y = sample(der(x), Clock(0.25));",
+        tolerance=1e-10,
+    )
+    expected = -np.exp(-np.arange(0, 1.01, 0.25))
+    assert values_of(found, "y") == pytest.approx(expected, abs=1e-8)
