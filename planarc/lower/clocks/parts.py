@@ -58,6 +58,7 @@ class Part(Data):
     clocks: tuple[flat.Builtin, ...]
     span: Span  # of what says that it is clocked
     method: str = ""
+    open: bool = False  # it has inputs or outputs of the model itself
 
 
 class Parting(Data):
@@ -79,6 +80,7 @@ class _Reader(Struct):
     source: flat.FlatModel
     sets: DisjointSets[str] = field(default_factory=lambda: DisjointSets([_CONTINUOUS]))
     unknown: dict[str, flat.Variable] = field(default_factory=dict)
+    inputs: set[str] = field(default_factory=set)  # given from outside of the model
     clocked: dict[str, Span] = field(default_factory=dict)  # what says so
     clocks: list[tuple[str, flat.Builtin]] = field(default_factory=list)
     methods: list[tuple[str, str, Span]] = field(default_factory=list)
@@ -87,12 +89,14 @@ class _Reader(Struct):
     befores: list[tuple[str, flat.Builtin]] = field(default_factory=list)  # `pre` and the like
     equations: list[tuple[str, flat.Equation | flat.Algorithm]] = field(default_factory=list)
     bound: dict[str, str] = field(default_factory=dict)  # variables with a binding
+    given: list[str] = field(default_factory=list)  # equations with inputs of the model
     joins: list[tuple[str, str, Span]] = field(default_factory=list)
     count: int = 0
 
     def read_model(self) -> None:
-        varying = (v for v in self.source.variables if v.variability > flat.Variability.PARAMETER)
+        varying = [v for v in self.source.variables if v.variability > flat.Variability.PARAMETER]
         self.unknown = {v.name: v for v in varying if v.causality != "input" or v.binding}
+        self.inputs = {v.name for v in varying} - self.unknown.keys()
         for v in self.unknown.values():
             if v.type.base is flat.Base.CLOCK:
                 for name in scalar_names(v.name, fixed_dims(v.type)):
@@ -158,6 +162,8 @@ class _Reader(Struct):
                     for scalar in self._scalars(e):
                         self._join(node, scalar, e.span)
                     stack += e.subscripts
+                case flat.Reference(name=name) if name in self.inputs:
+                    self.given.append(node)
                 case flat.Builtin() if is_clocked_sample(e):
                     self._mark(node, e.span)
                     self.read(e.arguments[0], _CONTINUOUS)
@@ -247,14 +253,17 @@ class _Reader(Struct):
     def _part(self, root: str, span: Span, methods: dict[str, tuple[str, Span]]) -> Part:
         own = [e for node, e in self.equations if self.sets.find(node) == root]
         values = (v for v in self.unknown.values() if v.type.base is not flat.Base.CLOCK)
-        names = [n for v in values for n in scalar_names(v.name, fixed_dims(v.type))]
+        scalars = {n: v for v in values for n in scalar_names(v.name, fixed_dims(v.type))}
+        names = [n for n in scalars if n in self.sets and self.sets.find(n) == root]
+        is_open = any(scalars[n].causality == "output" for n in names)
         return Part(
             tuple(e for e in own if not isinstance(e, flat.Algorithm) and not _is_of_clock(e)),
             tuple(e for e in own if isinstance(e, flat.Algorithm)),
-            frozenset(n for n in names if n in self.sets and self.sets.find(n) == root),
+            frozenset(names),
             tuple(clock for node, clock in self.clocks if self.sets.find(node) == root),
             span,
             methods.get(root, ("", span))[0],
+            is_open or any(self.sets.find(node) == root for node in self.given),
         )
 
     def _continuous(self, roots: Iterable[str]) -> flat.FlatModel:

@@ -22,8 +22,10 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import gcd, lcm
 
+from msgspec.structs import replace
+
 from planarc.core.data import Data
-from planarc.core.diagnostic import Related, error
+from planarc.core.diagnostic import Diagnostic, Related, Severity, error
 from planarc.core.disjoint import DisjointSets
 from planarc.ir import flat
 from planarc.ir.text.flat import print_expression
@@ -53,14 +55,18 @@ class _Beat(Data):
     first: Fraction
 
 
-def find_rates(parting: Parting) -> tuple[list[Base], list[Rate]]:
-    """Base clocks, and a rate for each part. Raises PlanarcError (L373, L374)."""
+def find_rates(parting: Parting) -> tuple[list[Base], list[Rate], list[Diagnostic]]:
+    """Base clocks, a rate for each part, and warnings. Raises PlanarcError (L373, L374)."""
     groups: DisjointSets[int] = DisjointSets(range(len(parting.parts)))
     for c in parting.conversions:
         groups.join(c.source, c.target)
     bases: list[Base] = []
     rates: dict[int, Rate] = {}
+    warnings: list[Diagnostic] = []
     for group in groups.sets():
+        if not any(parting.parts[i].clocks for i in group):
+            parting, warning = _from_outside(parting, group)
+            warnings.append(warning)
         given = _given(parting.parts, group)
         beats = _follow(parting, group, given)
         _agree(parting.parts, beats, given)
@@ -78,7 +84,7 @@ def find_rates(parting: Parting) -> tuple[list[Base], list[Rate]]:
         for i, beat in beats.items():
             rates[i] = Rate(len(bases), int(beat.interval / grain), int(beat.first / grain))
         bases.append(Base(clock, grain))
-    return bases, [rates[i] for i in range(len(parting.parts))]
+    return bases, [rates[i] for i in range(len(parting.parts))], warnings
 
 
 def is_event(clock: flat.Builtin) -> bool:
@@ -96,16 +102,27 @@ def ratio(clock: flat.Builtin) -> Fraction | None:
     return None
 
 
+def _from_outside(parting: Parting, group: Sequence[int]) -> tuple[Parting, Diagnostic]:
+    """Parts whose clock comes from where the model's inputs and outputs are connected: by itself
+    it ticks each second. Refuses those that nothing outside can reach."""
+    parts = list(parting.parts)
+    first = parts[group[0]]
+    hint = "give it a clock, as in `sample(u, Clock(0.1))` or `when Clock(0.1) then`"
+    if not any(parts[i].open for i in group):
+        raise error("L373", "nothing says when this ticks", first.span, hint=hint)
+    second = flat.Literal(flat.INTEGER, first.span, 1)
+    clock = flat.Builtin(flat.CLOCK, first.span, "Clock", (second, second))
+    parts[group[0]] = replace(first, clocks=(clock,))
+    message = (
+        "what is connected with this model is to say when this ticks: here it does each second"
+    )
+    told = Diagnostic("L373", message, first.span, Severity.WARNING, hint=hint)
+    return replace(parting, parts=tuple(parts)), told
+
+
 def _given(parts: Sequence[Part], group: Sequence[int]) -> int:
     """A part of the group with a clock: first one that is given by whole numbers."""
     timed = [i for i in group if parts[i].clocks]
-    if not timed:
-        raise error(
-            "L373",
-            "nothing says when this ticks",
-            parts[group[0]].span,
-            hint="give it a clock, as in `sample(u, Clock(0.1))` or `when Clock(0.1) then`",
-        )
     return min(timed, key=lambda i: len(parts[i].clocks[0].arguments) < 2)
 
 

@@ -111,7 +111,8 @@ def lower_clocks(
 ) -> tuple[tuple[dae.Clock, ...], tuple[dae.Variable, ...]]:
     """Append the equations of clocked parts to `into`. The clocks, and discrete variables that
     these equations need. Raises PlanarcError (L37x)."""
-    bases, rates = find_rates(parting)
+    bases, rates, warnings = find_rates(parting)
+    model.warnings += warnings
     pulses = [_pulse(model, base, i) for i, base in enumerate(bases)]
     clocks: list[dae.Clock] = []
     added: list[dae.Variable] = []
@@ -167,7 +168,8 @@ def _pulse(model: Model, base: Base, number: int) -> _Pulse:
 
 def _afterwards(model: Model, condition: Expr, number: int, span: Span) -> Expr:
     """A condition as it was in the pass before: a clock ticks after what made its condition true,
-    which may hang on what it changes in its turn."""
+    which may hang on what it changes in its turn. Where it is true at the start, that is a tick, as
+    the published results of the Modelica Standard Library have it."""
     symbol = model.table.symbol(f"$ready[{number + 1}]")
     _define(model, symbol, dae.Kind.BOOLEAN, model.table.pre(condition.name), span)
     return symbol

@@ -230,6 +230,15 @@ equation
     assert values(found, "first", "n") == [1, 0]
 
 
+def test_a_condition_that_is_true_at_the_start_ticks_there() -> None:
+    found = run(
+        "Integer n(start=0); equation when Clock(cos(20*time) > 0) then n = previous(n) + 1; "
+        "end when;"
+    )
+    expected = [0, 1.5 * np.pi / 20, 3.5 * np.pi / 20, 5.5 * np.pi / 20]
+    np.testing.assert_allclose(ticks(found, "n"), expected, atol=1e-8)
+
+
 def test_parts_of_the_ticks_of_a_condition() -> None:
     found = run(
         """
