@@ -159,6 +159,11 @@ def _if(node: syntax.IfEquation, env: Env) -> Equations:
     return _if_of(node, branches, otherwise, env)
 
 
+def _gives_clock(equation: flat.Equation) -> bool:
+    left = equation.left if isinstance(equation, flat.Equality) else None
+    return left is not None and not isinstance(left, flat.Targets) and is_clock(left.type)
+
+
 def _jump(
     branches: Sequence[tuple[flat.Expression, Equations]], otherwise: Equations
 ) -> str | None:
@@ -195,6 +200,9 @@ def _if_of(
 ) -> Equations:
     if not branches:
         return otherwise
+    if any(_gives_clock(e) for _, body in branches for e in body):
+        what = "the condition of an `if` between clocks"
+        evaluate.structural_value(branches[0][0], env, what)
     if not env.in_when:
         counts = [count_equations(body) for body in (*(b for _, b in branches), otherwise)]
         if len({*counts}) > 1:

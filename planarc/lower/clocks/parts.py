@@ -140,8 +140,7 @@ class _Reader(Struct):
         node = self._new(e)
         match e:
             case flat.Equality(left=flat.Reference() as left) if is_clock(left):
-                self._read_clock(left, node)
-                self._read_clock(e.right, node)
+                self._read_clocks(left, e.right, node)
             case flat.WhenEquation(branches=((condition, body),)) if is_clock(condition):
                 self._read_clock(condition, node)
                 self._mark(node, condition.span)
@@ -190,6 +189,20 @@ class _Reader(Struct):
                     stack += e.arguments
                 case _:
                     stack += children(e)
+
+    def _read_clocks(self, left: flat.Reference, right: flat.Expression, node: str) -> None:
+        """Join clocks that an equation says are one, entry by entry."""
+        ours = self._scalars(left)
+        match right:
+            case flat.Reference() if left.type.dims:
+                for name, other in zip(ours, self._scalars(right), strict=True):
+                    self._join(name, other, right.span)
+            case flat.Array(items=items):
+                for name, item in zip(ours, items, strict=True):
+                    self._read_clock(item, name)
+            case _:
+                self._read_clock(left, node)
+                self._read_clock(right, node)
 
     def _read_clock(self, e: flat.Expression, node: str) -> None:
         """Join what an expression of type `Clock` says with what ticks by it."""
@@ -279,7 +292,9 @@ class _Reader(Struct):
                 for v in model.variables
                 if v.type.base is not flat.Base.CLOCK
             ),
-            equations=tuple(e for e in model.equations if id(e) not in ours),
+            equations=tuple(
+                e for e in model.equations if id(e) not in ours and not _is_of_clock(e)
+            ),
             algorithms=tuple(a for a in model.algorithms if id(a) not in ours),
         )
 

@@ -113,13 +113,16 @@ def lower_clocks(
     these equations need. Raises PlanarcError (L37x)."""
     bases, rates, warnings = find_rates(parting)
     model.warnings += warnings
-    pulses = [_pulse(model, base, i) for i, base in enumerate(bases)]
+    busy = [
+        (p, r) for p, r in zip(parting.parts, rates, strict=True) if p.equations or p.algorithms
+    ]
+    numbers = sorted({rate.base for _, rate in busy})
+    pulses = {i: _pulse(model, bases[i], i) for i in numbers}
     clocks: list[dae.Clock] = []
     added: list[dae.Variable] = []
-    for i, (part, rate) in enumerate(zip(parting.parts, rates, strict=True)):
-        ticking = _Ticking(
-            model, part, i, rate, pulses[rate.base], _tick(model, part, i, rate, pulses)
-        )
+    for i, (part, rate) in enumerate(busy):
+        pulse = pulses[rate.base]
+        ticking = _Ticking(model, part, i, rate, pulse, _tick(model, part, i, rate, pulse))
         model.ticking = ticking
         into.equations.extend(_equations(ticking, into))
         into.equations.extend(ticking.equations)
@@ -183,9 +186,9 @@ def _interval(model: Model, base: Base) -> Expr:
     return t.mul(t.const(float(base.grain)), whole)
 
 
-def _tick(model: Model, part: Part, i: int, rate: Rate, pulses: list[_Pulse]) -> Expr:
+def _tick(model: Model, part: Part, i: int, rate: Rate, pulse: _Pulse) -> Expr:
     """The Boolean that is true in the pass in which a part ticks."""
-    t, pulse = model.table, pulses[rate.base]
+    t = model.table
     truth = pulse.fires
     if rate.first:
         truth = t.and_(truth, t.less_equal(t.const(rate.first), pulse.count))
