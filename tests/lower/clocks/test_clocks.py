@@ -435,3 +435,41 @@ def test_a_derivative_of_the_plant_may_be_sampled() -> None:
     )
     expected = -np.exp(-np.arange(0, 1.01, 0.25))
     assert values_of(found, "y") == pytest.approx(expected, abs=1e-8)
+
+
+def test_vectors_of_clocks_are_connected_entry_by_entry() -> None:
+    found = run(
+        """
+  connector Out = output Clock;
+  connector In = input Clock;
+  block Source
+    Out y[2];
+  equation
+    y[1] = Clock(1, 10);
+    y[2] = Clock(1, 4);
+  end Source;
+  block Counter
+    In u[2];
+    Integer n[2](each start=0);
+  equation
+    for i in 1:2 loop
+      when u[i] then
+        n[i] = previous(n[i]) + 1;
+      end when;
+    end for;
+  end Counter;
+  Source source;
+  Counter counter;
+  Clock both[2] = {Clock(1, 5), source.y[1]};
+  Integer k(start=0);
+  Clock unused = Clock(0.001);
+equation
+  connect(source.y, counter.u);
+  when both[1] then
+    k = previous(k) + 1;
+  end when;
+"""
+    )
+    assert [found[n][-1] for n in ("counter.n[1]", "counter.n[2]", "k")] == [11, 5, 6]
+    events = found["time"][1:][np.diff(found["time"]) == 0]
+    assert len(set(events)) < 20  # what is unused makes none
