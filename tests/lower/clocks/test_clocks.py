@@ -473,3 +473,44 @@ equation
     assert [found[n][-1] for n in ("counter.n[1]", "counter.n[2]", "k")] == [11, 5, 6]
     events = found["time"][1:][np.diff(found["time"]) == 0]
     assert len(set(events)) < 20  # what is unused makes none
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(OPERATORS), st.integers(1, 3), st.integers(1, 3), st.integers(0, 9)
+        ),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_a_tree_of_filters_in_many_clocks(links: list[tuple[str, int, int, int]]) -> None:
+    """Each part filters the value of an earlier one; at one instant, sources come first."""
+    beats = [(Fraction(1, 10), Fraction(0))]
+    lines = ["  v0 = 0.5*previous(v0) + sample(time, Clock(1, 10)) + 1;"]
+    sources = [0]
+    for k, (operator, number, resolution, pick) in enumerate(links, start=1):
+        source = pick % k
+        interval, first = beats[source]
+        arguments = f"v{source}, {number}"
+        match operator:
+            case "subSample":
+                interval *= number
+            case "superSample":
+                interval /= number
+            case _:
+                first += interval * Fraction(number, resolution)
+                arguments += f", {resolution}"
+        beats.append((interval, first))
+        sources.append(source)
+        lines.append(f"  v{k} = 0.5*previous(v{k}) + {operator}({arguments});")
+    names = ", ".join(f"v{k}(start={k})" for k in range(len(beats)))
+    found = planarc.load(f"model M\n  Real {names};\nequation\n" + "\n".join(lines) + "\nend M;")
+    result = found.simulate(2, intervals=2)
+    value = [float(k) for k in range(len(beats))]
+    ends = [(first + i * interval, k) for k, (interval, first) in enumerate(beats)
+            for i in range(int((2 - first) / interval) + 1)]  # fmt: skip
+    for t, k in sorted(ends):
+        value[k] = value[k] / 2 + (float(t) + 1 if k == 0 else value[sources[k]])
+    assert [result[f"v{k}"][-1] for k in range(len(beats))] == pytest.approx(value)
