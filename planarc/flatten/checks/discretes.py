@@ -24,6 +24,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from planarc.core.data import Data
 from planarc.core.diagnostic import Diagnostic, Severity
 from planarc.core.source import Span
+from planarc.flatten.checks.ticking import find_ticking
 from planarc.flatten.tree.nodes import Session
 from planarc.flatten.values.variability import STILL, cure_of_discrete, steps
 from planarc.ir import flat
@@ -46,20 +47,26 @@ class Given(Data):
 
 def check_discretes(
     equations: Collection[flat.Equation],
-    algorithms: Iterable[flat.Algorithm],
+    algorithms: Collection[flat.Algorithm],
     variables: Collection[flat.Variable],
     session: Session,
 ) -> None:
-    """Report discrete variables of the user's text that are given what changes between events."""
+    """Report discrete variables that are given what changes between events, in equations those of
+    the user's text alone."""
+    # Nothing of what ticks moves between events.
+    ticking = find_ticking(equations, algorithms, variables) if session.clocked else set[str]()
+    for name, problem in session.unsettled:
+        if name not in ticking:
+            session.keep(problem)
     discrete = {
         v.name: v
         for v in variables
         if v.variability is flat.Variability.DISCRETE and v.type.base is not flat.Base.STRING
     }
-    if not discrete or session.clocked:
-        return  # what ticks with a clock does not move between events, and is found later
+    if not discrete:
+        return
     statements = [s for a in algorithms for s in a.statements]
-    clocked = frozenset((*_set_in_whens(equations), *_set_in_whens(statements)))
+    clocked = ticking.union(_set_in_whens(equations), _set_in_whens(statements))
     moving = _Moving(
         {v.name for v in variables if v.variability is flat.Variability.CONTINUOUS} - clocked
     )

@@ -34,7 +34,7 @@ from planarc.flatten.sections.alike import (
     within,
 )
 from planarc.flatten.sections.declared import declared_of
-from planarc.flatten.sections.home import ToldAtHome
+from planarc.flatten.sections.home import ToldAtHome, homewards
 from planarc.flatten.sections.inherited import Known, type_once
 from planarc.flatten.sections.visuals import visual_of
 from planarc.flatten.terms.constant import NotConstant
@@ -357,7 +357,10 @@ def _check_variability(leaf: Leaf, binding: flat.Expression, session: Session) -
         told += "" if leaf.parent.depth else f", or `{leaf.name}` without the prefix"
         raise PlanarcError(Varies("F284", message, binding.span, hint=told, kind=binding.name))
     if allowed is flat.Variability.DISCRETE:
-        raise error("F284", message, binding.span, hint=cure_of_discrete(leaf.type))
+        refused = error("F284", message, binding.span, hint=cure_of_discrete(leaf.type))
+        moved = PlanarcError(homewards(d, leaf.parent) for d in refused.diagnostics)
+        session.unsettled.append((leaf.name, moved))  # it may tick with a clock
+        return
     raise error(
         "F284",
         message,

@@ -531,6 +531,8 @@ class Session:
         self.doubted: Scope | None = None
         self.component_count = 0
         self.clocked = False  # operators of clocks stand in what was typed
+        #: discrete variables with a value that moves, and the error where they do not tick
+        self.unsettled: list[tuple[str, PlanarcError]] = []
         # known when all connections are, before equations are typed:
         self.rooting: Forest | None = None
         self.cardinalities: Counter[str] | None = None
