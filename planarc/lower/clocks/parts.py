@@ -388,6 +388,13 @@ def equations_of(part: Part) -> Iterator[flat.Equation]:
 
 def _refuse_events(part: Part) -> None:
     """Refuse what happens at events of another kind inside of a clocked part (16.6)."""
+    for one in equations_of(part):
+        ends = (e for e in inside((one,)) if isinstance(e, flat.Terminate))
+        if isinstance(one, flat.IfEquation) and (end := next(ends, None)) is not None:
+            asked = " ".join(one.branches[0][0].span.text.split())
+            hint = f"ask `{asked}` of `hold(...)`, in a `when` beside the one of the clock"
+            message = "`terminate` under an `if` in a `when` of a clock"
+            raise error("L349", message, end.span, hint=hint)
     for e in inside(equations_of(part)):
         if isinstance(e, flat.WhenEquation | flat.Reinit | flat.Impact):
             raise error(
