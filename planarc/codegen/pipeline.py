@@ -86,4 +86,5 @@ def generate(sorted: SortedDae) -> Program:
 
 def equation_info(equation: Equation, relations: tuple[str, ...] = ()) -> EquationInfo:
     sides = equation.left, equation.right
-    return EquationInfo(sides, equation.span, equation.component, relations)
+    ticks = equation.clock is not None
+    return EquationInfo(sides, equation.span, equation.component, relations, ticks)

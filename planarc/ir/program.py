@@ -269,6 +269,7 @@ class EquationInfo(Data):
     span: Span
     component: str
     relations: tuple[str, ...] = ()  # of the model, as they are written
+    ticks: bool = False  # it holds at the ticks of a clock
 
     @property
     def text(self) -> str:

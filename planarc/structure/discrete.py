@@ -10,7 +10,7 @@ known, too: no equation gives them a value, but for the algorithm that sets them
 
 What ticks with a clock is given by an equation with this clock, of any form, and keeps its value
 between ticks: with `t` for the tick, `0 = y + x` at it is `y := if t then -x else pre(y)`.
-Variables of one clock that need each other are solved together, where that takes linear equations.
+Variables of one clock that need each other are solved together (`together`).
 
 Promises:  a loop over discrete variables, an equation that cannot be solved for a
            discrete variable, or two equations for one, are errors that name them.
@@ -23,7 +23,7 @@ from collections.abc import Collection
 from planarc.core.blocks import sort_blocks
 from planarc.core.diagnostic import Diagnostic, PlanarcError, Related
 from planarc.core.prose import ticked
-from planarc.ir.dae import Dae, Equation, set_by_whens
+from planarc.ir.dae import Dae, Equation, Kind, set_by_whens
 from planarc.ir.expr import Expr, Exprs, Substitution, symbols, text
 from planarc.ir.sorted import Assignment
 from planarc.structure.linear import Contents, coefficients, solve_affine
@@ -37,30 +37,26 @@ def sort_discrete(
 ) -> tuple[Assignment, ...]:
     """The discrete equations in their order. `first` is the number of the first discrete equation
     among all equations."""
-    table = dae.table
+    table, equations = dae.table, dae.discrete_equations
     names = {v.name: i for i, v in enumerate(dae.discretes)}
     contents = Contents(names.__contains__)
-    sides = [(rewrite(e.left), rewrite(e.right)) for e in dae.discrete_equations]
+    sides = [(rewrite(e.left), rewrite(e.right)) for e in equations]
     clocked = frozenset(name for c in dae.clocks for name in c.variables)
     held = {table.symbol(name) for name in set_by_whens(dae.whens) | clocked}
+    reals = {table.symbol(v.name) for v in dae.discretes if v.kind is Kind.REAL}
     beside = [{table.symbol(n) for n in names if n not in c.variables} for c in dae.clocks]
     solved = [
         _solutions(table, contents, signs, left, right, () if e.assigned else held)
         if e.clock is None
-        else _solutions(table, contents, signs, left, right, beside[e.clock], may_divide=True)
-        for e, (left, right) in zip(dae.discrete_equations, sides, strict=True)
+        else _at_ticks(dae, contents, signs, e, (left, right), beside[e.clock], reals)
+        for e, (left, right) in zip(equations, sides, strict=True)
     ]
     rows = [[names[s.name] for s in options] for options in solved]
     matching = match_equations(rows, len(names))
     if matching.exposed:
-        raise PlanarcError(
-            [_unsolvable(dae, dae.discrete_equations[e], solved[e]) for e in matching.exposed]
-        )
+        raise PlanarcError([_unsolvable(dae, equations[e], solved[e]) for e in matching.exposed])
     targets = [table.symbol(dae.discretes[v].name) for v in matching.variable]
-    values = [
-        _at_tick(dae, equation, target, solved[e][target])
-        for e, (equation, target) in enumerate(zip(dae.discrete_equations, targets, strict=True))
-    ]
+    values = [solved[e][target] for e, target in enumerate(targets)]
     needs = [
         [e for s in contents.ordered(value) if (e := matching.equation[names[s.name]]) >= 0]
         for value in values
@@ -70,22 +66,42 @@ def sort_discrete(
         if len(block) > 1 or block[0] in needs[block[0]]:
             unknowns = [targets[e] for e in block]
             together = None
-            if len({dae.discrete_equations[e].clock for e in block} - {None}) == 1:
+            if len({equations[e].clock for e in block} - {None}) == 1:
                 ours = [sides[e] for e in block]
-                together = solve_together(table, contents, signs, ours, unknowns)
+                together = solve_together(table, contents, signs, ours, unknowns, reals)
             if together is None:
                 raise PlanarcError(_loop(dae, block, [u.name for u in unknowns]))
             for e in block:
-                equation = dae.discrete_equations[e]
-                values[e] = _at_tick(dae, equation, targets[e], together[targets[e]])
+                values[e] = _kept_between(dae, equations[e], targets[e], together[targets[e]])
         steps += [Assignment(targets[e], values[e], first + e) for e in block]
     return tuple(steps)
 
 
-def _at_tick(dae: Dae, equation: Equation, target: Expr, value: Expr) -> Expr:
-    """What an equation gives a variable: where it has a clock, at its ticks."""
-    if equation.clock is None:
-        return value
+def _at_ticks(
+    dae: Dae,
+    contents: Contents,
+    signs: Signs,
+    equation: Equation,
+    sides: tuple[Expr, Expr],
+    held: Collection[Expr],
+    reals: Collection[Expr],
+) -> dict[Expr, Expr]:
+    """The variables that an equation with a clock can give: any number in it. The value of one
+    that is to be solved for holds the variable itself."""
+    table = dae.table
+    options = _solutions(table, contents, signs, *sides, held)
+    if equation.integrates or equation.assigned:
+        options = {s: value for s, value in options.items() if s is sides[0]}
+    else:
+        residual = table.sub(*sides)
+        open_ = (s for s in contents.ordered(residual) if s in reals and s not in held)
+        options |= {s: table.add(s, residual) for s in open_ if s not in options}
+    return {s: _kept_between(dae, equation, s, value) for s, value in options.items()}
+
+
+def _kept_between(dae: Dae, equation: Equation, target: Expr, value: Expr) -> Expr:
+    """What an equation gives a variable at the ticks of its clock; between them it is kept."""
+    assert equation.clock is not None
     t = dae.table
     return t.if_(t.symbol(dae.clocks[equation.clock].tick), value, t.pre(target.name))
 
@@ -97,10 +113,8 @@ def _solutions(
     left: Expr,
     right: Expr,
     held: Collection[Expr],
-    may_divide: bool = False,
 ) -> dict[Expr, Expr]:
-    """The variables that an equation can give, with the values; left = right comes first. With
-    `may_divide` a factor may vanish for some values of parameters."""
+    """The variables that an equation can give, with the values; left = right comes first."""
     options = {}
     for a, b in ((left, right), (right, left)):
         if a.is_symbol and contents(a) and a not in contents(b) and a not in held:
@@ -109,9 +123,7 @@ def _solutions(
         return options
     residual = table.sub(left, right)
     for symbol, factor in sorted(coefficients(table, contents, residual).items()):
-        if factor is None or symbol in held:
-            continue
-        if signs.never_zero(factor) or may_divide:
+        if factor is not None and symbol not in held and signs.never_zero(factor):
             options[symbol] = solve_affine(table, contents, left, right, symbol, factor)
     return options
 

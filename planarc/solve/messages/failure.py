@@ -284,6 +284,8 @@ def not_finite(program: Program, kernel: Kernel, place: Place, t: float) -> Diag
     """The message about a value that is not finite at the workspace's point, of time `t`."""
     info = trouble.first_not_finite(program, kernel, t)
     advice = trouble.advice_of_values(info.text if info else "")
+    if info is not None and info.ticks:
+        advice += ", or for equations at this tick that no values fit"
     if info is None:
         name = trouble.without_value(program, kernel)
         return Diagnostic("R421", f"{place} {name} has no finite value", hint=place.hint(advice))

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
+from scipy.optimize import fsolve
 
 import planarc
 
@@ -514,3 +515,62 @@ def test_a_tree_of_filters_in_many_clocks(links: list[tuple[str, int, int, int]]
     for t, k in sorted(ends):
         value[k] = value[k] / 2 + (float(t) + 1 if k == 0 else value[sources[k]])
     assert [result[f"v{k}"][-1] for k in range(len(beats))] == pytest.approx(value)
+
+
+def test_nonlinear_equations_are_solved_together() -> None:
+    """Two unknowns at each tick, by Newton's method from the tick before, beside scipy's."""
+    found = run(
+        """
+  Real a, b, c(start=1), s;
+equation
+  when Clock(0.25) then
+    s = sample(time);
+    a = 1 + s + sin(b)/2;
+    b = cos(a) + c/3;
+    c*c*c + c = 2 + a*s;
+  end when;
+""",
+    )
+
+    def misfit(x: np.ndarray, s: float) -> list[float]:
+        a, b, c = x
+        return [a - 1 - s - np.sin(b) / 2, b - np.cos(a) - c / 3, c**3 + c - 2 - a * s]
+
+    x = np.array([0.0, 0.0, 1.0])
+    expected = []
+    for s in np.arange(0, 1.01, 0.25):
+        x = fsolve(misfit, x, args=(s,), xtol=1e-12)
+        expected.append(x)
+    shown = np.transpose([values_of(found, n) for n in "abc"])
+    np.testing.assert_allclose(shown, expected, rtol=1e-9)
+
+
+def test_an_actuator_that_saturates_stands_in_the_loop() -> None:
+    """Back-calculation against windup: the integral hangs on the force, and this on it."""
+    found = run(
+        """
+  Real e, v, u, i(start=0);
+  Boolean full;
+equation
+  when Clock(1, 10) then
+    e = sample(cos(2*time));
+    v = 2*e + i;
+    full = v > 1.5 or v < -1.5;
+    u = if v > 1.5 then 1.5 elseif v < -1.5 then -1.5 else v;
+    i = previous(i) + 0.1*(4*e + (u - v)/0.3);
+  end when;
+""",
+    )
+    integral, expected = 0.0, []
+    for e in np.cos(2 * np.arange(11) / 10):
+        free = integral + 0.4 * e  # i = free + (u - v)/3, v = 2 e + i
+        v = 2 * e + free
+        if abs(v) > 1.5:
+            u = float(np.copysign(1.5, v))
+            v = (2 * e + free + u / 3) * 3 / 4
+        integral = v - 2 * e
+        expected.append(v)
+    times = np.arange(11) / 10
+    at = [np.flatnonzero(found["time"] <= t + 1e-9)[-1] for t in times]
+    assert [float(found["v"][i]) for i in at] == pytest.approx(expected, abs=1e-12)
+    assert [bool(found["full"][i]) for i in at] == [abs(v) > 1.5 for v in expected]
