@@ -17,18 +17,23 @@ Reference: Modelica Language Specification 3.6, section 16.7.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from planarc.core.data import Data
-from planarc.core.diagnostic import PlanarcError, Related, error
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
 from planarc.ir import flat
-from planarc.ir.flatwalk import children, expressions_in, inside, is_clock, is_clocked_sample
+from planarc.ir.flatwalk import children, expressions_in, is_clock, is_clocked_sample
+from planarc.lower.clocks.refusals import (
+    differentiated,
+    expect_no_events,
+    of_events,
+    sampled_what_ticks,
+    shortest_way,
+)
 from planarc.lower.values import fixed_dims, scalar_names
 
 #: The set of what is continuous.
@@ -244,19 +249,19 @@ class _Reader(Struct):
         for name, span in self.clocked.items():
             roots.setdefault(self.sets.find(name), span)
         if self.sets.find(_CONTINUOUS) in roots:
-            raise self._both()
+            raise sampled_what_ticks(self._way(_CONTINUOUS))
         number = {root: i for i, root in enumerate(roots)}
         methods = {self.sets.find(node): (method, span) for node, method, span in self.methods}
         for node, span in self.rates:
             root = self.sets.find(node)
             if root in number and root not in methods:
-                raise self._differentiated(node, span)
+                raise differentiated(span, self._way(node))
         parts = tuple(self._part(root, span, methods) for root, span in roots.items())
         for one in parts:
-            _refuse_events(one)
+            expect_no_events(equations_of(one))
         for node, e in self.befores:
             if self.sets.find(node) in number:
-                raise _of_events(e)
+                raise of_events(e)
         conversions = tuple(
             Conversion(name, numbers, number[self.sets.find(a)], number[self.sets.find(b)], span)
             for name, numbers, a, b, span in self.conversions
@@ -298,76 +303,12 @@ class _Reader(Struct):
             algorithms=tuple(a for a in model.algorithms if id(a) not in ours),
         )
 
-    def _both(self) -> PlanarcError:
-        """What is read by `sample`, and ticks itself: the way from one to the other."""
-        reached = [n for n in self.clocked if self.sets.find(n) == self.sets.find(_CONTINUOUS)]
-        way = self._way(_CONTINUOUS, reached)
-        return error(
-            "L370",
-            f"`{way[0].text}` is sampled like what is continuous, and hangs on what ticks",
-            way[0],
-            hint="write `hold(...)` where a clocked value enters the continuous part",
-            related=_told(way[0], way[1:]),
-        )
-
-    def _differentiated(self, node: str, span: Span) -> PlanarcError:
-        root = self.sets.find(node)
-        way = self._way(node, [n for n in self.clocked if self.sets.find(n) == root])
-        return error(
-            "L371",
-            f"`{span.text}` is a derivative, and hangs on what ticks with a clock",
-            span,
-            hint="write `hold(...)` where a clocked value enters the continuous part, or give the "
-            'clock a method that integrates: `Clock(c, "ImplicitEuler")`',
-            related=_told(span, way),
-        )
-
-    def _way(self, start: str, ends: list[str]) -> list[Span]:
+    def _way(self, start: str) -> list[Span]:
         """The places of a shortest way of joins to what is clocked, and that of its mark."""
-        near: dict[str, list[tuple[str, Span]]] = {}
-        for a, b, span in self.joins:
-            near.setdefault(a, []).append((b, span))
-            near.setdefault(b, []).append((a, span))
-        before: dict[str, tuple[str, Span] | None] = {start: None}
-        todo = deque([start])
-        while todo and todo[0] not in ends:
-            at = todo.popleft()
-            for other, span in near.get(at, ()):
-                if other not in before:
-                    before[other] = at, span
-                    todo.append(other)
-        end = todo[0] if todo else ends[0]
-        return [*_back(before, end), self.clocked[end]]
-
-
-def _told(at: Span, way: list[Span]) -> list[Related]:
-    """What ticks at the end of a way, and the lines between."""
-    lines = {(s.source.name, s.line): s for s in reversed(way[:-1])}
-    for end in (at, way[-1]):
-        lines.pop((end.source.name, end.line), None)
-    middle = [Related("by way of this", s) for s in reversed(lines.values())]
-    return [Related("this ticks", way[-1]), *middle]
-
-
-def _of_events(e: flat.Builtin) -> PlanarcError:
-    """What asks for the value before an event, where there are ticks (16.4)."""
-    variable = e.arguments[0].span.text
-    instead = {
-        "pre": f"previous({variable})",
-        "edge": f"{variable} and not previous({variable})",
-        "change": f"{variable} <> previous({variable})",
-    }
-    message = f"`{e.function}` asks for the value before an event, and stands in a clocked part"
-    return error("L372", message, e.span, hint=f"write `{instead[e.function]}`")
-
-
-def _back(before: dict[str, tuple[str, Span] | None], end: str) -> list[Span]:
-    found: list[Span] = []
-    step = before.get(end)
-    while step is not None:
-        found.append(step[1])
-        step = before[step[0]]
-    return found[::-1]
+        root = self.sets.find(start)
+        ends = [n for n in self.clocked if self.sets.find(n) == root]
+        way, end = shortest_way(self.joins, start, ends)
+        return [*way, self.clocked[end]]
 
 
 def _is_of_clock(e: flat.Equation) -> bool:
@@ -384,23 +325,3 @@ def equations_of(part: Part) -> Iterator[flat.Equation]:
             yield from e.branches[0][1]
         else:
             yield e
-
-
-def _refuse_events(part: Part) -> None:
-    """Refuse what happens at events of another kind inside of a clocked part (16.6)."""
-    for one in equations_of(part):
-        ends = (e for e in inside((one,)) if isinstance(e, flat.Terminate))
-        if isinstance(one, flat.IfEquation) and (end := next(ends, None)) is not None:
-            asked = " ".join(one.branches[0][0].span.text.split())
-            hint = f"ask `{asked}` of `hold(...)`, in a `when` beside the one of the clock"
-            message = "`terminate` under an `if` in a `when` of a clock"
-            raise error("L349", message, end.span, hint=hint)
-    for e in inside(equations_of(part)):
-        if isinstance(e, flat.WhenEquation | flat.Reinit | flat.Impact):
-            raise error(
-                "L372",
-                "this hangs on what ticks with a clock, and waits for another event",
-                e.span,
-                hint="write `hold(...)` in it for values that tick, `sample(...)` where what ticks "
-                "reads what is set here, or let a clock tick: `when Clock(condition) then`",
-            )
