@@ -60,6 +60,11 @@ def names_in(expressions: Iterable[flat.Expression]) -> set[str]:
     return {node.name for node in nodes_of(expressions) if isinstance(node, flat.Reference)}
 
 
+#: Operators that lead from one clock to another, and those that lead out of a clocked part.
+CONVERSIONS = frozenset({"subSample", "superSample", "shiftSample", "backSample"})
+OUTWARDS = frozenset({"hold", "noClock"})
+
+
 def is_clock(e: flat.Expression) -> bool:
     return e.type.base is flat.Base.CLOCK
 

@@ -25,7 +25,7 @@ from planarc.core.prose import listed
 from planarc.core.source import Span
 from planarc.ir import dae, flat
 from planarc.ir.expr import Expr
-from planarc.ir.flatwalk import is_clocked_sample
+from planarc.ir.flatwalk import CONVERSIONS, OUTWARDS, is_clocked_sample
 from planarc.lower import builtins, texts
 from planarc.lower.operators import binary
 from planarc.lower.scope import OutsideArray, Scope, UnknownCourse, outside_array
@@ -260,7 +260,7 @@ def _record(scope: Scope, e: flat.Record) -> Value:
 
 
 #: Operators between clocks and parts that pass values on as they are.
-_PASSED_ON = frozenset({"hold", "noClock", "subSample", "superSample", "shiftSample", "backSample"})
+_PASSED_ON = CONVERSIONS | OUTWARDS
 
 
 def _builtin(scope: Scope, e: flat.Builtin) -> Value:

@@ -14,12 +14,18 @@ from collections.abc import Collection, Iterable, Iterator
 
 from planarc.core.disjoint import DisjointSets
 from planarc.ir import flat
-from planarc.ir.flatwalk import children, expressions_in, is_clocked_sample
+from planarc.ir.flatwalk import (
+    CONVERSIONS,
+    OUTWARDS,
+    children,
+    expressions_in,
+    is_clocked_sample,
+)
 
 #: What stands in these ticks by itself: its clock is another one, or that of a `hold`.
-_APART = frozenset({"hold", "noClock", "subSample", "superSample", "shiftSample", "backSample"})
+_APART = CONVERSIONS | OUTWARDS
 #: What stands beside these ticks.
-_MARKS = (_APART - {"hold", "noClock"}) | {"previous", "interval", "firstTick", "Clock"}
+_MARKS = CONVERSIONS | {"previous", "interval", "firstTick", "Clock"}
 
 
 def find_ticking(

@@ -253,21 +253,20 @@ def _when(node: syntax.WhenStatement, env: Env) -> Statements:
         raise error("F307", "when-statements cannot be nested", node.span)
     inner = replace(env, in_when=True)
     branches = tuple(
-        (when_condition(condition, env), type_statements(body, inner))
+        (when_condition(env.typed(condition), condition.span), type_statements(body, inner))
         for condition, body in node.branches
     )
     return (flat.WhenStatement(node.span, env.component, branches),)
 
 
-def when_condition(expression: syntax.Expression, env: Env) -> flat.Expression:
+def when_condition(typed: flat.Expression, span: Span) -> flat.Expression:
     """A Boolean or a vector of Booleans."""
-    typed = env.typed(expression)
     if typed.type.base is not flat.Base.BOOLEAN or len(typed.type.dims) > 1:
         message = f"the condition of `when` must be of type Boolean, but is {type_text(typed.type)}"
         hint = None
         if isinstance(typed, flat.Builtin) and is_clocked_sample(typed):
             hint = f"write `sample(0, {typed.arguments[0].span.text})` for an interval"
-        raise error("F270", message, expression.span, hint=hint)
+        raise error("F270", message, span, hint=hint)
     if typed.type.dims and not isinstance(typed, flat.Array) and None not in typed.type.dims:
         return flat.Array(typed.type, typed.span, tuple(opened(typed)))
     return typed

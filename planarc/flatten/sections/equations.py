@@ -308,25 +308,22 @@ def _for(node: syntax.ForEquation, env: Env) -> Equations:
 def _when(node: syntax.WhenEquation, env: Env) -> Equations:
     if env.in_when or env.at_tick:
         raise error("F307", "when-equations cannot be nested", node.span)
-    if (clock := _clock_of(node, env)) is not None:
-        body = tuple(type_equations(node.branches[0][1], replace(env, at_tick=True)))
-        return (flat.WhenEquation(node.span, env.component, ((clock, body),)),)
+    (first, body), *others = node.branches
+    condition = env.typed(first)
+    if is_clock(condition.type):  # at its ticks, equations of any form hold (16.6)
+        expect_alone(condition, len(node.branches))
+        held = tuple(type_equations(body, replace(env, at_tick=True)))
+        return (flat.WhenEquation(node.span, env.component, ((condition, held),)),)
     inner = replace(env, in_when=True)
-    branches = tuple(
-        (when_condition(condition, env), tuple(type_equations(body, inner)))
-        for condition, body in node.branches
+    branches = (
+        (when_condition(condition, first.span), tuple(type_equations(body, inner))),
+        *(
+            (when_condition(env.typed(c), c.span), tuple(type_equations(own, inner)))
+            for c, own in others
+        ),
     )
     check_branches(branches, env)
     return (flat.WhenEquation(node.span, env.component, branches),)
-
-
-def _clock_of(node: syntax.WhenEquation, env: Env) -> flat.Expression | None:
-    """The clock of a `when`, whose equations are any that hold at its ticks (16.6)."""
-    condition = env.typed(node.branches[0][0])
-    if not is_clock(condition.type):
-        return None
-    expect_alone(condition, len(node.branches))
-    return condition
 
 
 def _connect(node: syntax.Connect, env: Env) -> Equations:

@@ -45,7 +45,7 @@ from planarc.flatten.typing.meant import (
     wrongly_declared,
 )
 from planarc.ir import flat
-from planarc.ir.flatwalk import inside
+from planarc.ir.flatwalk import CONVERSIONS, OUTWARDS, inside
 from planarc.runtime import elementary
 from planarc.runtime.elementary import Elementary, Units
 
@@ -55,10 +55,7 @@ _PLAIN = (*NUMBER, 0.0)
 _FACTORS = {"m": "a length", "s": "a time or a `der`", "kg": "a mass", "m/s2": "gravity"}
 
 _PLAIN_NUMBERS = frozenset({0.5, 1.0, 2.0, -1.0})
-_KEEP = frozenset(
-    {"pre", "noEvent", "sum", "delay", "transpose", "fill", "previous", "hold", "noClock"}
-    | {"subSample", "superSample", "shiftSample", "backSample"}
-)
+_KEEP = CONVERSIONS | OUTWARDS | {"pre", "noEvent", "sum", "delay", "transpose", "fill", "previous"}
 
 
 class _Given(Data):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from planarc.flatten.tree.lookup import leaf_named
 from planarc.flatten.tree.nodes import Session
 from planarc.ir import flat
-from planarc.ir.flatwalk import children
+from planarc.ir.flatwalk import CONVERSIONS, OUTWARDS, children
 from planarc.runtime import elementary
 
 _CONSTANT = flat.Variability.CONSTANT
@@ -18,10 +18,7 @@ _CONTINUOUS = flat.Variability.CONTINUOUS
 #: results that change at events, whatever their arguments
 _FLAGS = frozenset({"initial", "terminal", "sample", "interval", "firstTick", "Clock"})
 #: results that change at events only, in `noEvent` as well
-_HELD = frozenset(
-    {"pre", "edge", "change", "hold", "previous", "noClock"}
-    | {"subSample", "superSample", "shiftSample", "backSample"}
-)
+_HELD = frozenset({"pre", "edge", "change", "previous"}) | CONVERSIONS | OUTWARDS
 #: results that no argument moves between events
 STILL = _FLAGS | _HELD | {"size", "ndims"}
 

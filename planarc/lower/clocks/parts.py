@@ -18,6 +18,7 @@ Reference: Modelica Language Specification 3.6, section 16.7.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -26,19 +27,28 @@ from planarc.core.data import Data
 from planarc.core.disjoint import DisjointSets
 from planarc.core.source import Span
 from planarc.ir import flat
-from planarc.ir.flatwalk import children, expressions_in, is_clock, is_clocked_sample
+from planarc.ir.flatwalk import (
+    CONVERSIONS,
+    OUTWARDS,
+    children,
+    expressions_in,
+    is_clock,
+    is_clocked_sample,
+)
 from planarc.lower.clocks.refusals import (
     differentiated,
     expect_no_events,
     of_events,
     sampled_what_ticks,
     shortest_way,
+    two_methods,
 )
 from planarc.lower.values import fixed_dims, scalar_names
 
+Item = TypeVar("Item")
+
 #: The set of what is continuous.
 _CONTINUOUS = "$continuous"
-_CONVERSIONS = frozenset({"subSample", "superSample", "shiftSample", "backSample"})
 _OF_TICKS = frozenset({"interval", "firstTick", "previous"})
 
 
@@ -86,6 +96,7 @@ class _Reader(Struct):
     sets: DisjointSets[str] = field(default_factory=lambda: DisjointSets([_CONTINUOUS]))
     unknown: dict[str, flat.Variable] = field(default_factory=dict)
     inputs: set[str] = field(default_factory=set)  # given from outside of the model
+    outputs: set[str] = field(default_factory=set)  # scalars that go there
     clocked: dict[str, Span] = field(default_factory=dict)  # what says so
     clocks: list[tuple[str, flat.Builtin]] = field(default_factory=list)
     methods: list[tuple[str, str, Span]] = field(default_factory=list)
@@ -102,6 +113,8 @@ class _Reader(Struct):
         varying = [v for v in self.source.variables if v.variability > flat.Variability.PARAMETER]
         self.unknown = {v.name: v for v in varying if v.causality != "input" or v.binding}
         self.inputs = {v.name for v in varying} - self.unknown.keys()
+        outputs = (v for v in varying if v.causality == "output")
+        self.outputs = {n for v in outputs for n in scalar_names(v.name, fixed_dims(v.type))}
         for v in self.unknown.values():
             if v.type.base is flat.Base.CLOCK:
                 for name in scalar_names(v.name, fixed_dims(v.type)):
@@ -173,11 +186,11 @@ class _Reader(Struct):
                     self.read(e.arguments[0], _CONTINUOUS)
                     for clock in e.arguments[1:]:
                         self._read_clock(clock, node)
-                case flat.Builtin(function="hold" | "noClock"):
+                case flat.Builtin(function=function) if function in OUTWARDS:
                     inner = self._new()
                     self.read(e.arguments[0], inner)
                     self._mark(inner, e.span)
-                case flat.Builtin(function=function) if function in _CONVERSIONS:
+                case flat.Builtin(function=function) if function in CONVERSIONS:
                     self._convert(e, node)
                 case flat.Builtin(function=function) if function in _OF_TICKS:
                     self._mark(node, e.span)
@@ -227,7 +240,7 @@ class _Reader(Struct):
                 self.clocks.append((node, e))
                 if first.type.base is flat.Base.BOOLEAN:
                     self.read(first, _CONTINUOUS)
-            case flat.Builtin(function=function) if function in _CONVERSIONS:
+            case flat.Builtin(function=function) if function in CONVERSIONS:
                 self._convert(e, node)
 
     def _convert(self, e: flat.Builtin, node: str) -> None:
@@ -251,12 +264,30 @@ class _Reader(Struct):
         if self.sets.find(_CONTINUOUS) in roots:
             raise sampled_what_ticks(self._way(_CONTINUOUS))
         number = {root: i for i, root in enumerate(roots)}
-        methods = {self.sets.find(node): (method, span) for node, method, span in self.methods}
+        methods: dict[str, tuple[str, Span]] = {}
+        for node, method, span in self.methods:
+            known, first = methods.setdefault(self.sets.find(node), (method, span))
+            if known != method:
+                raise two_methods(span, first)
         for node, span in self.rates:
             root = self.sets.find(node)
             if root in number and root not in methods:
                 raise differentiated(span, self._way(node))
-        parts = tuple(self._part(root, span, methods) for root, span in roots.items())
+        equations = self._by_root(self.equations)
+        scalars = self._by_root((n, n) for n in self._values())
+        clocks = self._by_root(self.clocks)
+        given = {self.sets.find(node) for node in self.given}
+        parts = tuple(
+            _part(
+                equations.get(root, ()),
+                scalars.get(root, ()),
+                tuple(clocks.get(root, ())),
+                span,
+                methods[root][0] if root in methods else "",
+                root in given or not self.outputs.isdisjoint(scalars.get(root, ())),
+            )
+            for root, span in roots.items()
+        )
         for one in parts:
             expect_no_events(equations_of(one))
         for node, e in self.befores:
@@ -268,21 +299,18 @@ class _Reader(Struct):
         )
         return Parting(self._continuous(roots), parts, conversions)
 
-    def _part(self, root: str, span: Span, methods: dict[str, tuple[str, Span]]) -> Part:
-        own = [e for node, e in self.equations if self.sets.find(node) == root]
-        values = (v for v in self.unknown.values() if v.type.base is not flat.Base.CLOCK)
-        scalars = {n: v for v in values for n in scalar_names(v.name, fixed_dims(v.type))}
-        names = [n for n in scalars if n in self.sets and self.sets.find(n) == root]
-        is_open = any(scalars[n].causality == "output" for n in names)
-        return Part(
-            tuple(e for e in own if not isinstance(e, flat.Algorithm) and not _is_of_clock(e)),
-            tuple(e for e in own if isinstance(e, flat.Algorithm)),
-            frozenset(names),
-            tuple(clock for node, clock in self.clocks if self.sets.find(node) == root),
-            span,
-            methods.get(root, ("", span))[0],
-            is_open or any(self.sets.find(node) == root for node in self.given),
-        )
+    def _values(self) -> Iterator[str]:
+        """The scalars that are no clocks, and stand in equations."""
+        for v in self.unknown.values():
+            if v.type.base is not flat.Base.CLOCK:
+                yield from (n for n in scalar_names(v.name, fixed_dims(v.type)) if n in self.sets)
+
+    def _by_root(self, found: Iterable[tuple[str, Item]]) -> dict[str, list[Item]]:
+        """What belongs to names, by their sets."""
+        groups: dict[str, list[Item]] = {}
+        for name, item in found:
+            groups.setdefault(self.sets.find(name), []).append(item)
+        return groups
 
     def _continuous(self, roots: Iterable[str]) -> flat.FlatModel:
         """The model without the equations of clocked parts, and without clocks."""
@@ -309,6 +337,26 @@ class _Reader(Struct):
         ends = [n for n in self.clocked if self.sets.find(n) == root]
         way, end = shortest_way(self.joins, start, ends)
         return [*way, self.clocked[end]]
+
+
+def _part(
+    own: Iterable[flat.Equation | flat.Algorithm],
+    names: Iterable[str],
+    clocks: tuple[flat.Builtin, ...],
+    span: Span,
+    method: str,
+    is_open: bool,
+) -> Part:
+    held = [e for e in own if isinstance(e, flat.Algorithm) or not _is_of_clock(e)]
+    return Part(
+        tuple(e for e in held if not isinstance(e, flat.Algorithm)),
+        tuple(e for e in held if isinstance(e, flat.Algorithm)),
+        frozenset(names),
+        clocks,
+        span,
+        method,
+        is_open,
+    )
 
 
 def _is_of_clock(e: flat.Equation) -> bool:

@@ -113,9 +113,7 @@ def _from_outside(parting: Parting, group: Sequence[int]) -> tuple[Parting, Diag
     second = flat.Literal(flat.INTEGER, first.span, 1)
     clock = flat.Builtin(flat.CLOCK, first.span, "Clock", (second, second))
     parts[group[0]] = replace(first, clocks=(clock,))
-    message = (
-        "what is connected with this model is to say when this ticks: here it does each second"
-    )
+    message = "the clock of this comes from outside of the model: alone it ticks each second"
     told = Diagnostic("L373", message, first.span, Severity.WARNING, hint=hint)
     return replace(parting, parts=tuple(parts)), told
 

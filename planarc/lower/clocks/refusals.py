@@ -32,6 +32,12 @@ def differentiated(span: Span, way: Sequence[Span]) -> PlanarcError:
     return error("L371", message, span, hint=hint, related=_told(span, way))
 
 
+def two_methods(span: Span, first: Span) -> PlanarcError:
+    message = "two methods integrate the derivatives of one part of the model"
+    related = [Related("the other one", first)]
+    return error("L374", message, span, hint="keep one of them", related=related)
+
+
 def _told(at: Span, way: Sequence[Span]) -> list[Related]:
     """What ticks at the end of a way, and the lines between."""
     lines = {(s.source.name, s.line): s for s in reversed(way[:-1])}
