@@ -575,3 +575,45 @@ equation
     at = [np.flatnonzero(found["time"] <= t + 1e-9)[-1] for t in times]
     assert [float(found["v"][i]) for i in at] == pytest.approx(expected, abs=1e-12)
     assert [bool(found["full"][i]) for i in at] == [abs(v) > 1.5 for v in expected]
+
+
+def test_what_jumps_at_a_tick_is_sampled_as_it_was_before() -> None:
+    """By the clock of time, by a when, and by what both lead to."""
+    found = run(
+        """
+  Real step = if time >= 0.25 then 1 + time else 0;
+  discrete Real count(start=0, fixed=true);
+  Real both = 10*count + step;
+  Real s, c, b;
+equation
+  when sample(0.25, 0.25) then
+    count = pre(count) + 1;
+  end when;
+  when Clock(1, 4) then
+    s = sample(step);
+    c = sample(count);
+    b = sample(both);
+  end when;
+"""
+    )
+    assert values_of(found, "s") == pytest.approx([0, 0, 1.5, 1.75, 2])
+    assert values_of(found, "c") == [0, 0, 1, 2, 3]
+    assert values_of(found, "b") == pytest.approx([0, 0, 11.5, 21.75, 32])
+
+
+def test_a_subscript_beyond_its_array_ends_the_run_at_its_tick() -> None:
+    text = """
+model M
+  parameter Real a[3] = {1, 2, 4};
+  Integer n(start=0);
+  Real y;
+equation
+  when Clock(0.25) then
+    n = previous(n) + 1;
+    y = a[n];
+  end when;
+end M;
+"""
+    with pytest.raises(planarc.PlanarcError, match=r"t = 0\.75 s.*subscript 4 is outside"):
+        planarc.load(text).simulate(1)
+    assert planarc.load(text).simulate(0.6)["y"][-1] == 4
